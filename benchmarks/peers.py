@@ -17,16 +17,9 @@ from scipy.integrate import solve_ivp
 from sksundae.cvode import CVODE
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model import dynamics, events
+from pneu_rig_ros.model import events
+from pneu_rig_ros.model import layout as at
 from pneu_rig_ros.model.compiled_model import CompiledModel, compiled_model
-from pneu_rig_ros.model.dynamics import (
-    CONTACT,
-    FREE_ACCELERATION,
-    GROWN_STATIC,
-    POSITION,
-    STICKING,
-    VELOCITY,
-)
 from pneu_rig_ros.model.plant import Plant
 
 Into = Callable[[float, Floats, Floats, Floats], None]
@@ -54,42 +47,43 @@ class Problem(NamedTuple):
 def problem(plant: Plant, voltages: tuple[float, float]) -> Problem:
     """Return the stroke of a plant from rest, without effects and with one bristle element."""
     carry = plant.initial_integrator_state()
-    model, memory = compiled_model(plant.model), carry.memory
+    model, memory = compiled_model(plant.model), carry.end.memory
     callbacks = _callbacks(plant.right_hand_side, model, voltages)
-    return Problem(model, memory, memory.copy(), carry.y1.copy(), carry.scale, *callbacks)
+    return Problem(model, memory, memory.copy(), carry.end.state.copy(), carry.scale, *callbacks)
 
 
 def _callbacks(rhs: Callable[..., None], model: CompiledModel, voltages: Any) -> Any:
     """Bind the model as a constant: unpacking it in every call would burden the peers."""
     held = np.array(voltages)
-    size, arrow_size = dynamics.STATE_SIZE, dynamics.ARROW_SIZE
     stroke, stop = model.cylinder.stroke, model.friction.stop_velocity
     start = model.friction.start_velocity
 
     @njit(error_model='numpy')
     def rates(t, y, rate, memory):  # type: ignore[no-untyped-def]
-        rhs(t, y, rate, np.empty(arrow_size), memory, held, model, ())
+        rhs(t, at.Point(y, rate, np.empty(at.ARROW_SIZE), memory, held), model)
 
     @njit(error_model='numpy')
     def auxiliary(t, y, memory):  # type: ignore[no-untyped-def]
-        arrow = np.empty(arrow_size)
-        rhs(t, y, np.empty(size), arrow, memory, held, model, ())
+        arrow = np.empty(at.ARROW_SIZE)
+        rhs(t, at.Point(y, np.empty(at.STATE_SIZE), arrow, memory, held), model)
         return arrow
 
     @njit(error_model='numpy')
     def signs(t, y, values, memory):  # type: ignore[no-untyped-def]
         """Each value falls through zero at its event and is one while it cannot happen."""
-        x, speed = y[POSITION], abs(y[VELOCITY])
+        x, speed = y[at.POSITION], abs(y[at.VELOCITY])
         values[:] = 1.0
-        if memory[CONTACT] != 0.0:
+        if memory[at.CONTACT] != 0.0:
             arrow = auxiliary(t, y, memory)
-            values[RELEASE] = memory[CONTACT] * arrow[FREE_ACCELERATION]
+            values[RELEASE] = memory[at.CONTACT] * arrow[at.FREE_ACCELERATION]
         else:
-            if memory[STICKING] != 0.0:
+            if memory[at.STICKING] != 0.0:
                 values[BREAKAWAY] = start - speed
             else:
                 values[ARREST] = speed - stop
-            values[TOUCH] = min(x, stroke - x) if y[VELOCITY] * (x - 0.5 * stroke) > 0.0 else 1.0
+            values[TOUCH] = (
+                min(x, stroke - x) if y[at.VELOCITY] * (x - 0.5 * stroke) > 0.0 else 1.0
+            )
 
     return rates, signs, auxiliary
 
@@ -97,18 +91,18 @@ def _callbacks(rhs: Callable[..., None], model: CompiledModel, voltages: Any) ->
 def carry_out(event: int, t: float, y: Floats, task: Problem) -> None:
     """Change state and memory at an event."""
     memory = task.memory
-    resting = memory[STICKING] != 0.0
+    resting = memory[at.STICKING] != 0.0
     if event == BREAKAWAY:
-        grown = float(task.auxiliary(t, y, memory)[GROWN_STATIC])
+        grown = float(task.auxiliary(t, y, memory)[at.GROWN_STATIC])
         events.break_away(t, memory, grown, task.model.friction)
     elif event == ARREST or (event == TOUCH and not resting):
         events.enter_rest(t, memory, task.model.friction)
     if event == TOUCH:
-        outer = y[POSITION] > 0.5 * task.model.cylinder.stroke
-        y[POSITION], y[VELOCITY] = (task.model.cylinder.stroke if outer else 0.0), 0.0
-        memory[CONTACT] = 1.0 if outer else -1.0
+        outer = y[at.POSITION] > 0.5 * task.model.cylinder.stroke
+        y[at.POSITION], y[at.VELOCITY] = (task.model.cylinder.stroke if outer else 0.0), 0.0
+        memory[at.CONTACT] = 1.0 if outer else -1.0
     elif event == RELEASE:
-        memory[CONTACT] = 0.0
+        memory[at.CONTACT] = 0.0
 
 
 def scipy_solver(method: str, tolerance: float) -> Solve:

@@ -2,10 +2,8 @@
 
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -17,21 +15,15 @@ class Parameters(NamedTuple):
     ]
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
-    """Return the force against the motion [N], and no mass [kg]."""
-    return -parameters.coefficient * signals.motion.velocity * abs(signals.motion.velocity), 0.0
-
-
-EFFECT = Effect(
+@Effect(
     title='air drags on the load',
     balance=Balance.FORCE,
     regimes=(Regime.SLIDING,),
     source='F. M. White, Fluid Mechanics, section 7.6',
     null=Parameters(0.0),
-    contribution=contribution,
-    probes=(Parameters(100.0), Parameters(1000.0), Parameters(5000.0)),
+    probes=((100.0,), (1000.0,), (5000.0,)),
     drivers=('speed', 'velocity', 'position'),
 )
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
+    """Return the force against the motion [N], and no mass [kg]."""
+    return -parameters.coefficient * signals.motion.velocity * abs(signals.motion.velocity), 0.0

@@ -13,27 +13,10 @@ import numpy as np
 
 from pneu_rig_ros.arrays import Floats, Integers
 from pneu_rig_ros.model import chambers, events
+from pneu_rig_ros.model import layout as at
 from pneu_rig_ros.model.compiled import compiled, inner
-from pneu_rig_ros.model.compiled_model import CompiledEffects, CompiledModel
-from pneu_rig_ros.model.dynamics import (
-    CONTACT,
-    DEFLECTION,
-    FILM,
-    FREE_ACCELERATION,
-    GAS_MASS_1,
-    GAS_MASS_2,
-    GROWN_STATIC,
-    POSITION,
-    PRESSURE_1,
-    PRESSURE_2,
-    STATE_SIZE,
-    STICKING,
-    V_P1,
-    V_Z,
-    VELOCITY,
-    Z_Z,
-)
-from pneu_rig_ros.model.integrator import IntegratorState, copy
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.integrator import copy
 from pneu_rig_ros.model.run import BALANCING_ROUNDS, LEAST_STIFFNESS
 
 SOURCE_1, SOURCE_2, FORCE, INERTIA, LOADING = range(5)
@@ -58,10 +41,10 @@ FASTEST_CREEP = 1e-3
 @compiled
 def set_measured(state: Floats, before: Floats, after: Floats, velocity: float) -> None:
     """Set position, velocity and pressures to those between two samples; changes ``state``."""
-    state[POSITION] = 0.5 * (before[0] + after[0])
-    state[VELOCITY] = velocity
-    state[PRESSURE_1] = 0.5 * (before[1] + after[1])
-    state[PRESSURE_2] = 0.5 * (before[2] + after[2])
+    state[at.POSITION] = 0.5 * (before[0] + after[0])
+    state[at.VELOCITY] = velocity
+    state[at.PRESSURE_1] = 0.5 * (before[1] + after[1])
+    state[at.PRESSURE_2] = 0.5 * (before[2] + after[2])
 
 
 @compiled
@@ -87,30 +70,28 @@ def switch(
 ) -> None:
     """Let the piston break away or come to rest at ``time`` [s]; changes ``memory``."""
     law = model.friction
-    speed = abs(state[VELOCITY]) if contact == MOVES else 0.0
-    if memory[STICKING] != 0.0 and speed > events.breakaway_velocity(law):
+    speed = abs(state[at.VELOCITY]) if contact == MOVES else 0.0
+    if memory[at.STICKING] != 0.0 and speed > events.breakaway_velocity(law):
         events.break_away(time, memory, grown, law)
-    elif memory[STICKING] == 0.0 and speed < law.stop_velocity:
+    elif memory[at.STICKING] == 0.0 and speed < law.stop_velocity:
         events.enter_rest(time, memory, law)
-    memory[CONTACT] = 0.0
+    memory[at.CONTACT] = 0.0
     if contact == AT_INNER_STOP:
-        memory[CONTACT] = -1.0
+        memory[at.CONTACT] = -1.0
     elif contact == AT_OUTER_STOP:
-        memory[CONTACT] = 1.0
+        memory[at.CONTACT] = 1.0
 
 
 @compiled
-def slide(
-    half: float, state: Floats, rate: Floats, arrow: Floats, memory: Floats, model: CompiledModel
-) -> float:
+def slide(half: float, point: at.Point, model: CompiledModel) -> float:
     """
     Carry the bristle on by the implicit midpoint rule; return its change to the middle [m].
 
     :param half: time to the middle [s]
     """
-    change = float(half * rate[DEFLECTION] / (1.0 - half * arrow[Z_Z]))
-    state[DEFLECTION] += 2.0 * change
-    events.update_anchors(state, memory, model)
+    change = float(half * point.rate[at.DEFLECTION] / (1.0 - half * point.arrow[at.Z_Z]))
+    point.state[at.DEFLECTION] += 2.0 * change
+    events.update_anchors(point, model)
     return change
 
 
@@ -123,54 +104,47 @@ def measured_gains(
 
     :param state: at the middle
     """
-    v1, v2 = chambers.volumes(state[POSITION], model.cylinder)
+    v1, v2 = chambers.volumes(state[at.POSITION], model.cylinder)
     first_1, first_2 = chambers.volumes(before[0], model.cylinder)
     last_1, last_2 = chambers.volumes(after[0], model.cylinder)
     rise_1, rise_2 = after[1] - before[1], after[2] - before[2]
-    gain_1 = gas_source(rise_1, last_1 - first_1, state[PRESSURE_1], v1, model)
-    return gain_1, gas_source(rise_2, last_2 - first_2, state[PRESSURE_2], v2, model)
+    gain_1 = gas_source(rise_1, last_1 - first_1, state[at.PRESSURE_1], v1, model)
+    return gain_1, gas_source(rise_2, last_2 - first_2, state[at.PRESSURE_2], v2, model)
 
 
 def build_rest(mechanics: Callable[..., object]) -> Callable[..., float]:
     """Return the compiled balance of a piston at rest."""
 
     @inner
-    def rest(
-        time: float,
-        interval: float,
-        carry: IntegratorState,
-        voltages: Floats,
-        model: CompiledModel,
-        effects: CompiledEffects,
-    ) -> float:
+    def rest(time: float, interval: float, point: at.Point, model: CompiledModel) -> float:
         """
         Deflect the bristle until it holds the driving force; return how far the seal is loaded.
 
         What deflects it is creep, dz/dt = v (1 - F(z)/g(0, h)), which the film feels; too slow to
         be measured, so it is the model's own. The piston breaks away at the fastest creep.
         """
-        state, rate, arrow, memory = carry.y1, carry.f1, carry.arrow, carry.memory
-        old, side = state[DEFLECTION], 1.0
+        state, rate, arrow, _, _ = point
+        old, side = state[at.DEFLECTION], 1.0
         for _ in range(BALANCING_ROUNDS + 1):
-            side = 1.0 if state[DEFLECTION] > 0.0 else -1.0
-            state[VELOCITY] = side * SLOWEST_CREEP
-            mechanics(time, state, rate, arrow, memory, voltages, model, effects)
-            if arrow[V_Z] > -LEAST_STIFFNESS:
+            side = 1.0 if state[at.DEFLECTION] > 0.0 else -1.0
+            state[at.VELOCITY] = side * SLOWEST_CREEP
+            mechanics(time, point, model)
+            if arrow[at.V_Z] > -LEAST_STIFFNESS:
                 break
-            step = -rate[VELOCITY] / arrow[V_Z]
-            state[DEFLECTION] += step
-            rate[DEFLECTION] += arrow[Z_Z] * step
-            events.update_anchors(state, memory, model)
-            if abs(step) <= BALANCED * abs(state[DEFLECTION]):
+            step = -rate[at.VELOCITY] / arrow[at.V_Z]
+            state[at.DEFLECTION] += step
+            rate[at.DEFLECTION] += arrow[at.Z_Z] * step
+            events.update_anchors(point, model)
+            if abs(step) <= BALANCED * abs(state[at.DEFLECTION]):
                 break
-        share = 1.0 - side * rate[DEFLECTION] / SLOWEST_CREEP
-        bent = side * (state[DEFLECTION] - old) / interval
+        share = 1.0 - side * rate[at.DEFLECTION] / SLOWEST_CREEP
+        bent = side * (state[at.DEFLECTION] - old) / interval
         loaded = share + max(bent, 0.0) / FASTEST_CREEP
-        state[VELOCITY] = 0.0
+        state[at.VELOCITY] = 0.0
         if loaded >= 1.0:
-            state[VELOCITY] = side * FASTEST_CREEP
+            state[at.VELOCITY] = side * FASTEST_CREEP
         elif bent > 0.0:
-            state[VELOCITY] = side * bent / (1.0 - share)
+            state[at.VELOCITY] = side * bent / (1.0 - share)
         return float(loaded)
 
     return rest
@@ -182,11 +156,11 @@ def build_along(
     """
     Return the compiled rates along a measured run.
 
-    ``along(interval, measured, velocity, contacts, voltages, out, states, carry, model,
-    effects)`` writes into ``out``, shape (n - 1, 5), see ``SOURCE_1``, and the states at the
-    middle of each interval into ``states``, shape (n - 1, size) or (0, size). ``measured`` holds
-    x, p1, p2 of n samples [SI]; ``velocity``, ``contacts`` and ``voltages`` are those of the
-    n - 1 intervals. ``carry`` is that of a plant at rest; it is changed.
+    ``along(interval, measured, velocity, contacts, voltages, out, states, carry, model)`` writes
+    into ``out``, shape (n - 1, 5), see ``SOURCE_1``, and the states at the middle of each interval
+    into ``states``, shape (n - 1, size) or (0, size). ``measured`` holds x, p1, p2 of n samples
+    [SI]; ``velocity``, ``contacts`` and ``voltages`` are those of the n - 1 intervals. ``carry``
+    is that of a plant at rest; it is changed.
     """
     rest = build_rest(mechanics)
 
@@ -199,49 +173,50 @@ def build_along(
         voltages: Floats,
         out: Floats,
         states: Floats,
-        carry: IntegratorState,
+        carry: at.IntegratorState,
         model: CompiledModel,
-        effects: CompiledEffects,
     ) -> None:
-        start, state, rate, arrow, memory = carry.y0, carry.y1, carry.f1, carry.arrow, carry.memory
+        start, point = carry.y0, carry.end
+        state, rate, arrow, memory, held = point
         cylinder, grown, half = model.cylinder, 0.0, 0.5 * interval
         heats = carry.f0  # at GAS_MASS_1 and _2: that of the walls in an interval, as mass [kg]
-        heats[GAS_MASS_1] = heats[GAS_MASS_2] = 0.0
+        heats[at.GAS_MASS_1] = heats[at.GAS_MASS_2] = 0.0
         for i in range(len(contacts)):
             time, contact = (i + 0.5) * interval, contacts[i]
             before, after = measured[i], measured[i + 1]
+            copy(voltages[i], held)
             set_measured(state, before, after, velocity[i])
             switch(time, contact, state, memory, grown, model)
             copy(state, start)
             gains = measured_gains(before, after, state, model)
             for j in range(2):  # to the middle, by what was measured and the heat before it
-                state[GAS_MASS_1 + j] += 0.5 * (gains[j] - heats[GAS_MASS_1 + j])
-            state[FILM] += half * rate[FILM]
-            for j in range(STATE_SIZE, len(state)):
+                state[at.GAS_MASS_1 + j] += 0.5 * (gains[j] - heats[at.GAS_MASS_1 + j])
+            state[at.FILM] += half * rate[at.FILM]
+            for j in range(at.STATE_SIZE, len(state)):
                 state[j] += half * rate[j]
             out[i, FORCE] = out[i, INERTIA] = out[i, LOADING] = np.nan
             if contact == RESTS:
-                out[i, LOADING] = rest(time, interval, carry, voltages[i], model, effects)
-            right_hand_side(time, state, rate, arrow, memory, voltages[i], model, effects)
-            grown = arrow[GROWN_STATIC]
+                out[i, LOADING] = rest(time, interval, point, model)
+            right_hand_side(time, point, model)
+            grown = arrow[at.GROWN_STATIC]
             if i < len(states):
                 copy(state, states[i])
             if contact == MOVES:
-                change = slide(half, state, rate, arrow, memory, model)
-                bent = arrow[FREE_ACCELERATION] + arrow[V_Z] * change
-                out[i, INERTIA] = cylinder.cap_area / arrow[V_P1]
+                change = slide(half, point, model)
+                bent = arrow[at.FREE_ACCELERATION] + arrow[at.V_Z] * change
+                out[i, INERTIA] = cylinder.cap_area / arrow[at.V_P1]
                 out[i, FORCE] = out[i, INERTIA] * bent
-            volumes = chambers.volumes(state[POSITION], cylinder)
+            volumes = chambers.volumes(state[at.POSITION], cylinder)
             for j in range(2):
-                swept = state[VELOCITY] * (cylinder.cap_area if j == 0 else -cylinder.rod_area)
+                swept = state[at.VELOCITY] * (cylinder.cap_area if j == 0 else -cylinder.rod_area)
                 out[i, SOURCE_1 + j] = gas_source(
-                    rate[PRESSURE_1 + j], swept, state[PRESSURE_1 + j], volumes[j], model
+                    rate[at.PRESSURE_1 + j], swept, state[at.PRESSURE_1 + j], volumes[j], model
                 )
-                mass = GAS_MASS_1 + j
+                mass = at.GAS_MASS_1 + j
                 heats[mass] = interval * (out[i, SOURCE_1 + j] - rate[mass])
                 state[mass] = start[mass] + gains[j] - heats[mass]
-            state[FILM] = start[FILM] + interval * rate[FILM]
-            for j in range(STATE_SIZE, len(state)):
+            state[at.FILM] = start[at.FILM] + interval * rate[at.FILM]
+            for j in range(at.STATE_SIZE, len(state)):
                 state[j] = start[j] + interval * rate[j]
 
     return along

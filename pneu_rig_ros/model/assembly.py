@@ -22,7 +22,8 @@ import numba
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.along import build_along
-from pneu_rig_ros.model.dynamics import STATE_SIZE, RightHandSide
+from pneu_rig_ros.model.dynamics import RightHandSide
+from pneu_rig_ros.model.layout import STATE_SIZE
 from pneu_rig_ros.model.right_hand_side import (
     build_mechanics,
     build_readings,
@@ -31,42 +32,30 @@ from pneu_rig_ros.model.right_hand_side import (
 )
 from pneu_rig_ros.model.run import build_run
 
-_TEMPLATE = '''"""Compiled plant with effects {effects}; made by pneu_rig_ros, may be deleted."""
+_HEADER = '''"""Compiled plant with effects {effects}; made by pneu_rig_ros, may be deleted."""
 
 from numba import njit
 
 from pneu_rig_ros.model import assembly
 
-_rhs, _run, _readings, _along = assembly.build({effects!r})
-
-
-@njit(cache=True, error_model='numpy', nogil=True, no_cfunc_wrapper=True)
-def right_hand_side(time, state, rate, arrow, memory, voltages, model, effects):
-    _rhs(time, state, rate, arrow, memory, voltages, model, effects)
-
-
-@njit(cache=True, error_model='numpy', nogil=True, no_cfunc_wrapper=True)
-def run(
-    carry, interval, first, voltages, actions, measured, rests, states, extras, tolerance,
-    longest, model, effects,
-):
-    _run(
-        carry, interval, first, voltages, actions, measured, rests, states, extras, tolerance,
-        longest, model, effects,
-    )
-
-
-@njit(cache=True, error_model='numpy', nogil=True, no_cfunc_wrapper=True)
-def readings(times, states, out, scratch, model, effects):
-    _readings(times, states, out, scratch, model, effects)
-
-
-@njit(cache=True, error_model='numpy', nogil=True, no_cfunc_wrapper=True)
-def along(
-    interval, measured, velocity, contacts, voltages, out, states, carry, model, effects,
-):
-    _along(interval, measured, velocity, contacts, voltages, out, states, carry, model, effects)
+built = assembly.build({effects!r})
 '''
+_FUNCTION = """
+_{name} = built.{name}
+
+
+@njit(cache=True, error_model='numpy', nogil=True, no_cfunc_wrapper=True)
+def {name}({arguments}):
+    _{name}({arguments})
+"""
+_ARGUMENTS = {
+    'right_hand_side': 'time, point, model',
+    'run': 'carry, interval, first, voltages, actions, measured, rests, states, extras, '
+    'tolerance, longest, model',
+    'readings': 'times, states, out, scratch, model',
+    'along': 'interval, measured, velocity, contacts, voltages, out, states, carry, model',
+}
+"""Of the functions of an :class:`Assembly`."""
 
 
 class Assembly(NamedTuple):
@@ -103,7 +92,7 @@ def assemble(effects: tuple[str, ...]) -> Assembly:
 @cache
 def _assemble(effects: tuple[str, ...]) -> Assembly:
     module = _module(effects)
-    return Assembly(module.right_hand_side, module.run, module.readings, module.along)
+    return Assembly(*(getattr(module, name) for name in Assembly._fields))
 
 
 _SOURCES = b''.join(path.read_bytes() for path in sorted(Path(__file__).parent.rglob('*.py')))
@@ -117,7 +106,8 @@ def cache_folder() -> Path:
 
 
 def _module(effects: tuple[str, ...]) -> ModuleType:
-    text = _TEMPLATE.format(effects=effects)
+    functions = (_FUNCTION.format(name=n, arguments=a) for n, a in _ARGUMENTS.items())
+    text = _HEADER.format(effects=effects) + ''.join(functions)
     return kept_module(f'plant_{_fingerprint(text)}', text)
 
 

@@ -2,13 +2,14 @@
 
 import math
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from enum import Enum, IntEnum
 from functools import cached_property
-from typing import Any, NamedTuple
+from typing import Any
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import Pair, Signals
 from pneu_rig_ros.model.quantity import specifications
 
 
@@ -83,78 +84,13 @@ LEAST_TIME = 1e-3
 """Shortest lag that is integrated [s], or steps would have no lower end."""
 LEAST_LEVEL = 0.1
 """Share of the level of friction that remains, however far it drifts [-]."""
+MOST_ROUNDS = 60
+"""Rounds at most; some five are needed, 25 where a flow is nearly shut off by what it makes."""
 
 GAS_BALANCES = (Balance.SPOOL, Balance.SUPPLY, Balance.MASS, Balance.HEAT)
 """What acts on the gas whatever the forces do."""
 READING_BALANCES = (Balance.MOTION_READING, Balance.PRESSURE_READING)
 """What acts on the sensors alone."""
-
-
-class Motion(NamedTuple):
-    """Position [m] and velocity [m/s] of the piston."""
-
-    position: float
-    velocity: float
-
-
-class ChamberGas(NamedTuple):
-    """Absolute pressures [Pa], volumes [m^3] and gas masses [kg] of the chambers."""
-
-    pressure_1: float
-    pressure_2: float
-    volume_1: float
-    volume_2: float
-    gas_mass_1: float
-    gas_mass_2: float
-
-
-class Ports(NamedTuple):
-    """
-    Control voltages [V] and supply pressures [Pa, absolute] of the valves.
-
-    The commanded voltages and the supply pressures of the regulator; for ``MASS`` both as they are
-    at the ports, the contributions to ``SPOOL`` and ``SUPPLY`` in them (``SUPPLY`` sees the
-    voltages at the ports).
-    """
-
-    voltage_1: float
-    voltage_2: float
-    supply_1: float
-    supply_2: float
-
-
-class Seal(NamedTuple):
-    """
-    Bristle deflection [m] and force F(z) [N], whether the piston rests, dwell [s], levels [N].
-
-    ``bristle_force`` has, for ``LEVEL`` and later ones, the contributions to ``BRISTLE`` in it.
-    ``dwell_time`` is the dwell that static friction stands for under the reading of Eq. 16;
-    latched at breakaway, it is the time at rest so far while the piston sticks, and the dwell
-    before the last breakaway while it slides; fading while sliding, it is the dwell that would
-    give what is left of F_s. ``coulomb_force`` and ``static_force`` are F_c and F_smax of the law;
-    for ``LEVEL`` with what the earlier stages add.
-    """
-
-    deflection: float
-    bristle_force: float
-    sticking: bool
-    dwell_time: float
-    coulomb_force: float
-    static_force: float
-
-
-class Signals(NamedTuple):
-    """
-    What a contribution may use besides the parameters; all scalars, SI units.
-
-    Readings see only time and state: for them voltages, bristle force, dwell and levels are NaN.
-    """
-
-    time: float
-    motion: Motion
-    gas: ChamberGas
-    ports: Ports
-    seal: Seal
 
 
 @compiled
@@ -184,36 +120,39 @@ def drift(rate: float, limit: float, gone: float) -> float:
     return max(math.copysign(limit, rate) * done, LEAST_LEVEL - 1.0)
 
 
-@compiled
-def behind_spools(signals: Signals, first: float, second: float) -> Signals:
-    """Return the signals with the voltages that stages of ``SPOOL`` leave that add so much [V]."""
-    s, old = signals, signals.ports
-    ports = Ports(old.voltage_1 + first, old.voltage_2 + second, old.supply_1, old.supply_2)
-    return Signals(s.time, s.motion, s.gas, ports, s.seal)
+def falling_fixed_point(function: Callable[..., float]) -> Callable[..., float]:
+    """
+    Return the compiled solution x of ``x = function(x, ...)``, where the function falls.
+
+    ``solution(most, accuracy, ...)`` is between 0 and ``most``, the function at 0; by false
+    position (M. Dowell, P. Jarratt, BIT 11 (1971): Illinois).
+    """
+
+    @compiled
+    def solution(most: float, accuracy: float, *given: Any) -> float:
+        low, at_low, high, at_high = 0.0, -most, most, most - function(most, *given)
+        moved = 0  # the bound that moved last: -1 the lower, 1 the upper
+        for _ in range(MOST_ROUNDS):
+            if high - low <= accuracy or at_high <= 0.0:
+                break
+            middle = (low * at_high - high * at_low) / (at_high - at_low)
+            excess = middle - function(middle, *given)
+            if abs(excess) <= accuracy:
+                return middle
+            if excess < 0.0:  # a bound that is kept twice weighs less
+                low, at_low, at_high = middle, excess, at_high * (0.5 if moved < 0 else 1.0)
+                moved = -1
+            else:
+                high, at_high, at_low = middle, excess, at_low * (0.5 if moved > 0 else 1.0)
+                moved = 1
+        return high
+
+    return solution
 
 
 @compiled
-def behind_supply(signals: Signals, first: float, second: float) -> Signals:
-    """Return the signals with the supply pressures to which ``SUPPLY`` adds so much [Pa]."""
-    s, old = signals, signals.ports
-    ports = Ports(old.voltage_1, old.voltage_2, old.supply_1 + first, old.supply_2 + second)
-    return Signals(s.time, s.motion, s.gas, ports, s.seal)
-
-
-@compiled
-def behind_bristles(signals: Signals, force: float) -> Signals:
-    """Return the signals with the F(z) to which ``BRISTLE`` adds so much [N]."""
-    s, (z, bristles, sticking, dwell, coulomb, static) = signals, signals.seal
-    seal = Seal(z, bristles + force, sticking, dwell, coulomb, static)
-    return Signals(s.time, s.motion, s.gas, s.ports, seal)
-
-
-@compiled
-def behind_levels(signals: Signals, first: float, second: float) -> Signals:
-    """Return the signals with the forces that stages of ``LEVEL`` leave that add so much [N]."""
-    s, (z, bristles, sticking, dwell, coulomb, static) = signals, signals.seal
-    seal = Seal(z, bristles, sticking, dwell, coulomb + first, static + second)
-    return Signals(s.time, s.motion, s.gas, s.ports, seal)
+def _nothing(signals: Signals, model: Any, parameters: Any) -> Pair:
+    return 0.0, 0.0
 
 
 @dataclass(frozen=True)
@@ -221,13 +160,16 @@ class Effect:
     """
     One optional physical effect; everything else follows from this record.
 
+    As a decorator it compiles a function and takes it for its contribution.
+
     :param title: a short sentence
     :param balance: where the contribution enters
     :param regimes: where it must show
     :param source: literature
     :param null: the parameters with which the effect vanishes exactly, a ``NamedTuple`` of
         numbers, each field ``Annotated`` with its ``Quantity``
-    :param probes: a few plausible strengths, weak to strong, from which a fit starts
+    :param probes: a few plausible strengths, weak to strong, from which a fit starts; each a tuple
+        of the numbers in ``null``, of which those with a default may be omitted
     :param laws: names of the friction laws that lack it; none named: it adds to any law
     :param clock: names of parameters that replace those of the dwell clock of the law
     :param readings: names of the choices of the friction law that matter with it alone: a law
@@ -243,9 +185,11 @@ class Effect:
     :param needs: without any of which it does not show in a part of a rig
     :param fastest: ``f(parameters, model)``, the shortest time in which its states change [s];
         without it the least of the parameters in seconds, or ``LEAST_TIME``
-    :param as_array: whether the contribution takes the parameters as an array, as suits many
-    :param contribution: ``f(signals, model, parameters, state, rate) -> (first, second)``,
-        compiled. It writes d(state)/dt into ``rate``, both of shape ``(len(states),)``
+    :param as_array: whether the contribution takes the parameters as an array, as suits many, and
+        always the states
+    :param contribution: ``f(signals, model, parameters) -> (first, second)``, compiled; with
+        states ``f(signals, model, parameters, state, rate)``, which writes d(state)/dt into
+        ``rate``, both of shape ``(len(states),)``
     :raises RigError: when the regimes are not some of :class:`Regime`, each once
     """
 
@@ -254,7 +198,6 @@ class Effect:
     regimes: tuple[Regime, ...]
     source: str
     null: Any
-    contribution: Callable[..., tuple[float, float]]
     probes: tuple[Any, ...]
     laws: tuple[str, ...] = ()
     clock: tuple[str, ...] = ()
@@ -267,9 +210,16 @@ class Effect:
     needs: tuple[Need, ...] = ()
     fastest: Callable[[Any, Any], float] | None = None
     as_array: bool = False
+    contribution: Callable[..., Pair] = _nothing
+
+    def __call__(self, contribution: Callable[..., Pair]) -> 'Effect':
+        """Return the effect with a contribution, which this compiles."""
+        return replace(self, contribution=compiled(contribution))
 
     def __post_init__(self) -> None:
-        """Check the regimes, which a fit and its report rely on."""
+        """Make parameters of the probes; check the regimes, which a fit and its report rely on."""
+        probes = tuple(self.parameters(*probe) for probe in self.probes)
+        object.__setattr__(self, 'probes', probes)
         known = all(isinstance(regime, Regime) for regime in self.regimes)
         if not self.regimes or not known or len(set(self.regimes)) < len(self.regimes):
             allowed = ', '.join(f'Regime.{regime.name}' for regime in Regime)
@@ -280,6 +230,11 @@ class Effect:
     def parameters(self) -> type[Any]:
         """The class of the parameters."""
         return type(self.null)
+
+    @property
+    def takes_states(self) -> bool:
+        """Whether the contribution takes the states and their rates."""
+        return self.as_array or bool(self.states)
 
     @property
     def proportional(self) -> tuple[str, ...]:

@@ -18,8 +18,7 @@ import numpy as np
 
 from pneu_rig_ros.model import chambers
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Signals
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 

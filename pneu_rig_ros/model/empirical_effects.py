@@ -10,14 +10,14 @@ from typing import Annotated, Any, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import called, compiled, in_turn
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Motion, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Motion, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.empirical import OUTPUTS, TERMS
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.shape import DRIVERS
 
 Sum = Callable[[Signals, CompiledModel, Any, Floats, Floats], float]
-Guard = Callable[[float, float, Signals, CompiledModel], tuple[float, float]]
+Guard = Callable[[float, float, Signals, CompiledModel], Pair]
 
 SOURCE = 'a fit to data: a description, not a cause'
 
@@ -39,16 +39,12 @@ def _sum(names: Sequence[str], place: int, slot: int) -> Sum:
 
 
 @compiled
-def _as_they_are(
-    first: float, second: float, s: Signals, model: CompiledModel
-) -> tuple[float, float]:
+def _as_they_are(first: float, second: float, s: Signals, model: CompiledModel) -> Pair:
     return first, second
 
 
 @compiled
-def _from_what_is_left(
-    first: float, second: float, s: Signals, model: CompiledModel
-) -> tuple[float, float]:
+def _from_what_is_left(first: float, second: float, s: Signals, model: CompiledModel) -> Pair:
     """Let less flow out of a chamber with little gas left: none out of an empty one."""
     left_1 = min(s.gas.pressure_1 / model.gas.atmospheric_pressure, 1.0)
     left_2 = min(s.gas.pressure_2 / model.gas.atmospheric_pressure, 1.0)
@@ -56,9 +52,7 @@ def _from_what_is_left(
 
 
 @compiled
-def _from_what_is_warm(
-    first: float, second: float, s: Signals, model: CompiledModel
-) -> tuple[float, float]:
+def _from_what_is_warm(first: float, second: float, s: Signals, model: CompiledModel) -> Pair:
     """Let less heat out of a cold gas: none out of one without any."""
     scale = model.gas.gas_constant * model.gas.supply_temperature
     left_1 = min(s.gas.pressure_1 * s.gas.volume_1 / (s.gas.gas_mass_1 * scale), 1.0)
@@ -67,17 +61,15 @@ def _from_what_is_warm(
 
 
 @compiled
-def _static_on_top(
-    first: float, second: float, s: Signals, model: CompiledModel
-) -> tuple[float, float]:
+def _static_on_top(first: float, second: float, s: Signals, model: CompiledModel) -> Pair:
     return first, first + second
 
 
-def _pair(first: Sum, second: Sum, guard: Guard) -> Callable[..., tuple[float, float]]:
+def _pair(first: Sum, second: Sum, guard: Guard) -> Callable[..., Pair]:
     @called
     def contribution(
         s: Signals, model: CompiledModel, c: Any, state: Floats, rate: Floats
-    ) -> tuple[float, float]:
+    ) -> Pair:
         a = first(s, model, c, state, rate)
         b = second(s, model, c, state, rate)
         return guard(a, b, s, model)
@@ -153,7 +145,7 @@ def _effect(name: str, title: str, balance: Balance, probes: tuple[float, float]
         source=SOURCE,
         null=parameters(),
         contribution=_pair(sums[0], sums[1] if len(sums) > 1 else _sum((), 0, 0), guard),
-        probes=tuple(parameters(*([value] * len(parameters._fields))) for value in probes),
+        probes=tuple([value] * len(parameters._fields) for value in probes),
         stage=3 if balance is Balance.SPOOL else 0,
         states=states,
         describes=True,

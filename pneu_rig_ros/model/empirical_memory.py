@@ -10,8 +10,8 @@ from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.empirical import PRESSURE, SPEED, gauge
 from pneu_rig_ros.model.empirical_effects import SOURCE
 from pneu_rig_ros.model.quantity import Quantity
@@ -30,10 +30,16 @@ class ForceWave(NamedTuple):
     wavelength: Annotated[float, Quantity('m', 1e-3, 2.0, 'way from one crest to the next')]
 
 
-@compiled
-def force_wave(
-    signals: Signals, model: CompiledModel, parameters: ForceWave, state: Floats, rate: Floats
-) -> tuple[float, float]:
+@Effect(
+    title='a force periodic in the position, without a known cause',
+    balance=Balance.FORCE,
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
+    source=SOURCE,
+    null=ForceWave(0.0, 0.0, 0.02),
+    probes=((0.5, 0.5, 0.02), (0.5, 0.5, 0.05)),
+    describes=True,
+)
+def force_wave(signals: Signals, model: CompiledModel, parameters: ForceWave) -> Pair:
     """Return the force along the outstroke [N] and no added mass."""
     angle = 2.0 * math.pi * signals.motion.position / parameters.wavelength
     force = parameters.sine * math.sin(angle) + parameters.cosine * math.cos(angle)
@@ -48,10 +54,19 @@ class ForceMemory(NamedTuple):
     lag: Annotated[float, LAG]
 
 
-@compiled
+@Effect(
+    title='a force with a memory, without a known cause',
+    balance=Balance.FORCE,
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
+    source=SOURCE,
+    null=ForceMemory(0.0, 0.0, 0.1),
+    probes=tuple((0.5, 0.5, lag) for lag in (0.03, 0.2, 1.0, 5.0)),
+    states=('velocity', 'difference'),
+    describes=True,
+)
 def force_memory(
     signals: Signals, model: CompiledModel, parameters: ForceMemory, state: Floats, rate: Floats
-) -> tuple[float, float]:
+) -> Pair:
     """Return the force along the outstroke [N] and no added mass."""
     if parameters.velocity == 0.0 and parameters.difference == 0.0:
         rate[:] = 0.0
@@ -73,10 +88,19 @@ class FrictionMemory(NamedTuple):
     lag: Annotated[float, LAG]
 
 
-@compiled
+@Effect(
+    title='a level of friction with a memory, without a known cause',
+    balance=Balance.LEVEL,
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
+    source=SOURCE,
+    null=FrictionMemory(0.0, 0.0, 0.0, 0.0, 0.1),
+    probes=tuple((0.3, 0.3, 0.3, 0.3, lag) for lag in (0.03, 0.2, 1.0, 5.0)),
+    states=('speed', 'gauge_1', 'gauge_2', 'elapsed'),
+    describes=True,
+)
 def friction_memory(
     signals: Signals, model: CompiledModel, parameters: FrictionMemory, state: Floats, rate: Floats
-) -> tuple[float, float]:
+) -> Pair:
     """Return what is added to F_c and to F_smax [N]."""
     p = parameters
     if p.speed == 0.0 and p.gauge_1 == 0.0 and p.gauge_2 == 0.0 and p.elapsed == 0.0:
@@ -101,10 +125,20 @@ class VoltageMemory(NamedTuple):
     lag: Annotated[float, LAG]
 
 
-@compiled
+@Effect(
+    title='an error of the valve spools with a memory, without a known cause',
+    balance=Balance.SPOOL,
+    regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
+    source=SOURCE,
+    null=VoltageMemory(0.0, 0.0, 0.0, 0.0, 0.1),
+    probes=tuple((0.05, 0.05, 0.02, 0.02, lag) for lag in (0.02, 0.1, 0.5, 4.0)),
+    stage=3,
+    states=('behind_1', 'behind_2', 'elapsed_1', 'elapsed_2'),
+    describes=True,
+)
 def voltage_memory(
     signals: Signals, model: CompiledModel, parameters: VoltageMemory, state: Floats, rate: Floats
-) -> tuple[float, float]:
+) -> Pair:
     """
     Return what is added to the control voltages u1, u2 [V].
 
@@ -130,48 +164,8 @@ def _within(error: float) -> float:
 
 
 EFFECTS: dict[str, Effect] = {
-    'empirical_force_wave': Effect(
-        title='a force periodic in the position, without a known cause',
-        balance=Balance.FORCE,
-        regimes=(Regime.BREAKAWAY, Regime.SLIDING),
-        source=SOURCE,
-        null=ForceWave(0.0, 0.0, 0.02),
-        contribution=force_wave,
-        probes=(ForceWave(0.5, 0.5, 0.02), ForceWave(0.5, 0.5, 0.05)),
-        describes=True,
-    ),
-    'empirical_force_memory': Effect(
-        title='a force with a memory, without a known cause',
-        balance=Balance.FORCE,
-        regimes=(Regime.BREAKAWAY, Regime.SLIDING),
-        source=SOURCE,
-        null=ForceMemory(0.0, 0.0, 0.1),
-        contribution=force_memory,
-        probes=tuple(ForceMemory(0.5, 0.5, lag) for lag in (0.03, 0.2, 1.0, 5.0)),
-        states=('velocity', 'difference'),
-        describes=True,
-    ),
-    'empirical_friction_memory': Effect(
-        title='a level of friction with a memory, without a known cause',
-        balance=Balance.LEVEL,
-        regimes=(Regime.BREAKAWAY, Regime.SLIDING),
-        source=SOURCE,
-        null=FrictionMemory(0.0, 0.0, 0.0, 0.0, 0.1),
-        contribution=friction_memory,
-        probes=tuple(FrictionMemory(0.3, 0.3, 0.3, 0.3, lag) for lag in (0.03, 0.2, 1.0, 5.0)),
-        states=('speed', 'gauge_1', 'gauge_2', 'elapsed'),
-        describes=True,
-    ),
-    'empirical_voltage_memory': Effect(
-        title='an error of the valve spools with a memory, without a known cause',
-        balance=Balance.SPOOL,
-        regimes=(Regime.DWELL, Regime.SLIDING, Regime.END_STOP),
-        source=SOURCE,
-        null=VoltageMemory(0.0, 0.0, 0.0, 0.0, 0.1),
-        contribution=voltage_memory,
-        probes=tuple(VoltageMemory(0.05, 0.05, 0.02, 0.02, lag) for lag in (0.02, 0.1, 0.5, 4.0)),
-        stage=3,
-        states=('behind_1', 'behind_2', 'elapsed_1', 'elapsed_2'),
-        describes=True,
-    ),
+    'empirical_force_wave': force_wave,
+    'empirical_force_memory': force_memory,
+    'empirical_friction_memory': friction_memory,
+    'empirical_voltage_memory': voltage_memory,
 }

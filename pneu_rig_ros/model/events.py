@@ -9,25 +9,10 @@ perfectly plastic: the piston stays at the stop until the net force points inwar
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model import friction
+from pneu_rig_ros.model import layout as at
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.dynamics import (
-    ANCHORS,
-    CONTACT,
-    DEFLECTION,
-    FREE_ACCELERATION,
-    GROWN_STATIC,
-    HELD,
-    HELD_DWELL,
-    HELD_STATIC,
-    POSITION,
-    REST_AGE,
-    REST_START,
-    SLIDE_START,
-    STICKING,
-    VELOCITY,
-    dwell_clock,
-)
+from pneu_rig_ros.model.dynamics import dwell_clock
 from pneu_rig_ros.model.parameters import Friction
 
 NONE, BREAKAWAY, ARREST, TOUCH, RELEASE, REVERSAL = range(6)
@@ -77,8 +62,8 @@ def release(before: Floats, arrow: Floats, contact: float) -> tuple[int, float, 
     :param before, arrow: auxiliary output of the right-hand side at both ends of the step
     :param contact: -1 or +1, the stop
     """
-    first, last = -contact * before[FREE_ACCELERATION], -contact * arrow[FREE_ACCELERATION]
-    if last <= 0.0 or contact == HELD:
+    first, last = -contact * before[at.FREE_ACCELERATION], -contact * arrow[at.FREE_ACCELERATION]
+    if last <= 0.0 or contact == at.HELD:
         return NONE, 1.0, False
     if first >= 0.0 or last <= PULL_TOLERANCE:
         return RELEASE, 1.0, True
@@ -93,16 +78,7 @@ def breakaway_velocity(law: Friction) -> float:
 
 @compiled
 def locate_event(
-    step: float,
-    y0: Floats,
-    f0: Floats,
-    y1: Floats,
-    f1: Floats,
-    before: Floats,
-    arrow: Floats,
-    memory: Floats,
-    backlash: float,
-    model: CompiledModel,
+    step: float, carry: at.IntegratorState, backlash: float, model: CompiledModel
 ) -> tuple[int, float, bool]:
     """
     Return the first event of a step: its code, its share of the step, and whether it is met.
@@ -111,17 +87,17 @@ def locate_event(
     reversal is not an event: it only bounds the step, so that F(z) sees the turning point.
 
     :param step: length of the step [s]
-    :param y0, f0, y1, f1: states and rates at both ends
-    :param before, arrow: auxiliary output of the right-hand side at both ends
+    :param carry: with the rates at both ends
     :param backlash: way [m] that the bristle may go back within a step unnoticed by F(z)
     """
-    law = model.friction
-    v0, v1 = y0[VELOCITY], y1[VELOCITY]
-    a0, a1 = step * f0[VELOCITY], step * f1[VELOCITY]
-    if memory[CONTACT] != 0.0:
-        return release(before, arrow, memory[CONTACT])
+    y0, f0, law = carry.y0, carry.f0, model.friction
+    y1, f1, arrow, memory, _ = carry.end
+    v0, v1 = y0[at.VELOCITY], y1[at.VELOCITY]
+    a0, a1 = step * f0[at.VELOCITY], step * f1[at.VELOCITY]
+    if memory[at.CONTACT] != 0.0:
+        return release(carry.arrow_0, arrow, memory[at.CONTACT])
 
-    if memory[STICKING] != 0.0:
+    if memory[at.STICKING] != 0.0:
         change, threshold = BREAKAWAY, breakaway_velocity(law)
         side = 1.0 if v1 > 0.0 else -1.0
         excess = side * v1 - threshold
@@ -136,16 +112,16 @@ def locate_event(
         code, share = change, crossing(v0, a0, v1, a1, level)
         met = excess <= VELOCITY_TOLERANCE
 
-    x1, stroke = y1[POSITION], model.cylinder.stroke
+    x1, stroke = y1[at.POSITION], model.cylinder.stroke
     beyond = max(-x1, x1 - stroke)
     if beyond > 0.25 * POSITION_TOLERANCE:  # rounding at the stop is no contact
         level = -0.5 * POSITION_TOLERANCE if x1 < 0.0 else stroke + 0.5 * POSITION_TOLERANCE
-        touch = crossing(y0[POSITION], step * v0, x1, step * v1, level)
+        touch = crossing(y0[at.POSITION], step * v0, x1, step * v1, level)
         if code == NONE or touch < share:
             code, share, met = TOUCH, touch, beyond <= POSITION_TOLERANCE
 
     if len(law.element_limit) > 0:
-        r0, r1 = f0[DEFLECTION], f1[DEFLECTION]
+        r0, r1 = f0[at.DEFLECTION], f1[at.DEFLECTION]
         if r0 * r1 < 0.0:
             turn = r0 / (r0 - r1)
             back = 0.5 * step * (1.0 - turn) * abs(r1)
@@ -155,40 +131,39 @@ def locate_event(
 
 
 @compiled
-def update_anchors(state: Floats, memory: Floats, model: CompiledModel) -> None:
-    """Let F(z) remember the deflection at the end of an accepted step; changes ``memory``."""
-    friction.drag_anchors(state[DEFLECTION], memory[ANCHORS:], model.friction)
+def update_anchors(point: at.Point, model: CompiledModel) -> None:
+    """Let F(z) remember the deflection at the end of an accepted step; changes the memory."""
+    friction.drag_anchors(point.state[at.DEFLECTION], point.memory[at.ANCHORS :], model.friction)
 
 
 @compiled
-def apply_event(
-    code: int, time: float, state: Floats, memory: Floats, arrow: Floats, model: CompiledModel
-) -> None:
-    """Carry out an event: changes ``state`` and ``memory``."""
+def apply_event(code: int, time: float, point: at.Point, model: CompiledModel) -> None:
+    """Carry out an event: changes state and memory."""
+    state, _, arrow, memory, _ = point
     if code == BREAKAWAY:
-        break_away(time, memory, arrow[GROWN_STATIC], model.friction)
+        break_away(time, memory, arrow[at.GROWN_STATIC], model.friction)
     elif code == ARREST:
         enter_rest(time, memory, model.friction)
     elif code == TOUCH:
-        outer = state[POSITION] > 0.5 * model.cylinder.stroke
-        memory[CONTACT] = 1.0 if outer else -1.0
-        state[POSITION] = model.cylinder.stroke if outer else 0.0
-        state[VELOCITY] = 0.0
-        if memory[STICKING] == 0.0:
+        outer = state[at.POSITION] > 0.5 * model.cylinder.stroke
+        memory[at.CONTACT] = 1.0 if outer else -1.0
+        state[at.POSITION] = model.cylinder.stroke if outer else 0.0
+        state[at.VELOCITY] = 0.0
+        if memory[at.STICKING] == 0.0:
             enter_rest(time, memory, model.friction)
     elif code == RELEASE:
-        memory[CONTACT] = 0.0
+        memory[at.CONTACT] = 0.0
 
 
 @compiled
 def break_away(time: float, memory: Floats, grown: float, law: Friction) -> None:
     """Begin to slide at ``time`` [s], with Eq. 16 ``grown`` [N]; changes ``memory``."""
-    memory[HELD_STATIC], memory[HELD_DWELL] = grown, dwell_clock(time, memory, law)
-    memory[SLIDE_START], memory[STICKING] = time, 0.0
+    memory[at.HELD_STATIC], memory[at.HELD_DWELL] = grown, dwell_clock(time, memory, law)
+    memory[at.SLIDE_START], memory[at.STICKING] = time, 0.0
 
 
 @compiled
 def enter_rest(time: float, memory: Floats, law: Friction) -> None:
     """Let the dwell clock of Eq. 16 run from ``time`` [s] on; changes ``memory``."""
-    memory[REST_AGE] = dwell_clock(time, memory, law)
-    memory[REST_START], memory[STICKING] = time, 1.0
+    memory[at.REST_AGE] = dwell_clock(time, memory, law)
+    memory[at.REST_START], memory[at.STICKING] = time, 1.0

@@ -8,35 +8,18 @@ therefore the same to the last bit, whether it is advanced sample by sample or i
 
 import math
 from collections.abc import Callable
-from typing import NamedTuple
 
 import numpy as np
 
-from pneu_rig_ros.arrays import Floats, Integers
+from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model import chambers, events, friction
+from pneu_rig_ros.model import layout as at
 from pneu_rig_ros.model.compiled import compiled, inner, inner_called
-from pneu_rig_ros.model.compiled_model import CompiledEffects, CompiledModel, air
-from pneu_rig_ros.model.dynamics import (
-    ANCHORS,
-    ARROW_SIZE,
-    CONTACT,
-    DEFLECTION,
-    GAS_MASS_1,
-    HELD_DWELL,
-    HELD_STATIC,
-    POSITION,
-    PRESSURE_1,
-    REST_START,
-    STICKING,
-    VELOCITY,
-    RightHandSide,
-)
+from pneu_rig_ros.model.compiled_model import CompiledModel, air
+from pneu_rig_ros.model.dynamics import RightHandSide
 from pneu_rig_ros.model.parameters import Model
 from pneu_rig_ros.model.rosenbrock import ORDER, build_step
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
-
-START, END, SUGGESTED, NOW = range(4)
-STEPS, REJECTED, EVALUATIONS, EVENTS, PENDING = range(5)
 
 LARGEST_ERROR = 1e12
 """Stands for any larger error, and for one that is not a number [-]."""
@@ -55,35 +38,6 @@ EXTRA_NAMES = ('acceleration', 'sticking', 'contact', 'rest_start')
 ACCELERATION = 0
 
 
-class IntegratorState(NamedTuple):
-    """
-    Everything an integration under way consists of.
-
-    :param clock: start and end of the present step, next step, present time [s], shape (4,); a
-        step that ends at infinity has led to states that are not numbers
-    :param counts: steps, rejected steps, evaluations, events, pending event code, shape (5,)
-    :param y0, f0, y1, f1: state and rate at both ends of the present step, shape (n,)
-    :param arrow: Jacobian entries and auxiliary output at the end
-    :param memory: what jumps, see ``dynamics``
-    :param voltages: u1, u2 [V] of the present step
-    :param scale: error weights, full scale of each state, shape (n,)
-    :param work: scratch, shape (5, n), and for the arrow
-    """
-
-    clock: Floats
-    counts: Integers
-    y0: Floats
-    f0: Floats
-    y1: Floats
-    f1: Floats
-    arrow: Floats
-    memory: Floats
-    voltages: Floats
-    scale: Floats
-    work: Floats
-    work_arrow: Floats
-
-
 @compiled
 def copy(source: Floats, target: Floats) -> None:
     """Write one array into another of the same length."""
@@ -92,25 +46,25 @@ def copy(source: Floats, target: Floats) -> None:
 
 
 @compiled
-def interpolate(carry: IntegratorState, time: float, out: Floats) -> None:
+def interpolate(carry: at.IntegratorState, time: float, out: Floats) -> None:
     """Write the state at ``time`` [s] within the present step into ``out``, shape (n,)."""
-    start, end = carry.clock[START], carry.clock[END]
+    start, end = carry.clock[at.START], carry.clock[at.END]
     if time >= end:
-        copy(carry.y1, out)
+        copy(carry.end.state, out)
         return
     h = end - start
     share = (time - start) / h
-    y0, f0, y1, f1 = carry.y0, carry.f0, carry.y1, carry.f1
+    y0, f0, y1, f1 = carry.y0, carry.f0, carry.end.state, carry.end.rate
     for i in range(len(out)):
         out[i] = events.hermite(y0[i], h * f0[i], y1[i], h * f1[i], share)
 
 
 @compiled
-def interpolate_acceleration(carry: IntegratorState, time: float) -> float:
+def interpolate_acceleration(carry: at.IntegratorState, time: float) -> float:
     """Return dv/dt [m/s^2] at ``time`` [s]: linear within the present step."""
-    start, end = carry.clock[START], carry.clock[END]
+    start, end = carry.clock[at.START], carry.clock[at.END]
     share = 1.0 if time >= end else (time - start) / (end - start)
-    before, after = float(carry.f0[VELOCITY]), float(carry.f1[VELOCITY])
+    before, after = float(carry.f0[at.VELOCITY]), float(carry.end.rate[at.VELOCITY])
     return before + share * (after - before)
 
 
@@ -138,23 +92,22 @@ def build_evaluate(right_hand_side: RightHandSide) -> Callable[..., None]:
     """Return the compiled evaluation of the rates where the present step ends."""
 
     @inner_called
-    def evaluate(carry: IntegratorState, model: CompiledModel, effects: CompiledEffects) -> None:
-        y1, f1, arrow, memory = carry.y1, carry.f1, carry.arrow, carry.memory
-        right_hand_side(carry.clock[END], y1, f1, arrow, memory, carry.voltages, model, effects)
-        carry.counts[EVALUATIONS] += 1
+    def evaluate(carry: at.IntegratorState, model: CompiledModel) -> None:
+        right_hand_side(carry.clock[at.END], carry.end, model)
+        carry.counts[at.EVALUATIONS] += 1
 
     return evaluate
 
 
 @compiled
-def cut(carry: IntegratorState) -> None:
+def cut(carry: at.IntegratorState) -> None:
     """End the step under way at the present time; the rates there must be evaluated again."""
-    now = carry.clock[NOW]
-    if now < carry.clock[END]:
+    now = carry.clock[at.NOW]
+    if now < carry.clock[at.END]:
         interpolate(carry, now, carry.work[0])
-        copy(carry.work[0], carry.y1)
-        carry.clock[END] = now
-        carry.counts[PENDING] = events.NONE  # what would have happened beyond it does not
+        copy(carry.work[0], carry.end.state)
+        carry.clock[at.END] = now
+        carry.counts[at.PENDING] = events.NONE  # what would have happened beyond it does not
 
 
 def build_advance(
@@ -165,72 +118,61 @@ def build_advance(
 
     @inner
     def advance(
-        carry: IntegratorState,
-        tolerance: float,
-        longest: float,
-        model: CompiledModel,
-        effects: CompiledEffects,
+        carry: at.IntegratorState, tolerance: float, longest: float, model: CompiledModel
     ) -> None:
-        clock, counts, memory, error = carry.clock, carry.counts, carry.memory, carry.work[4]
-        y0, f0, before = carry.y0, carry.f0, carry.work_arrow
-        y1, f1, arrow = carry.y1, carry.f1, carry.arrow
-        work, held = carry.work, carry.voltages
-        if counts[PENDING] != events.NONE:
-            events.apply_event(counts[PENDING], clock[END], y1, memory, arrow, model)
-            counts[PENDING] = events.NONE
-            counts[EVENTS] += 1
-            clock[SUGGESTED] = min(clock[SUGGESTED], AFTER_EVENT)
-            evaluate(carry, model, effects)
-        copy(y1, y0)
-        copy(f1, f0)
-        copy(arrow, before)
-        time, h, aims = clock[END], min(clock[SUGGESTED], longest), 0
-        backlash = BACKLASH * tolerance * carry.scale[DEFLECTION]
+        clock, counts, end = carry.clock, carry.counts, carry.end
+        if counts[at.PENDING] != events.NONE:
+            events.apply_event(counts[at.PENDING], clock[at.END], end, model)
+            counts[at.PENDING] = events.NONE
+            counts[at.EVENTS] += 1
+            clock[at.SUGGESTED] = min(clock[at.SUGGESTED], AFTER_EVENT)
+            evaluate(carry, model)
+        copy(end.state, carry.y0)
+        copy(end.rate, carry.f0)
+        copy(end.arrow, carry.arrow_0)
+        time, h, aims = clock[at.END], min(clock[at.SUGGESTED], longest), 0
+        backlash = BACKLASH * tolerance * carry.scale[at.DEFLECTION]
         while True:
-            try_step(
-                time, h, y0, f0, before, y1, f1, arrow, error, work, memory, held, model, effects
-            )
-            counts[EVALUATIONS] += 4
-            ratio = error_norm(error, carry.scale, tolerance)
+            try_step(time, h, carry, model)
+            counts[at.EVALUATIONS] += 4
+            ratio = error_norm(carry.work[4], carry.scale, tolerance)
             if ratio > 1.0 and h > SHORTEST:
                 h, aims = max(h * step_factor(ratio), SHORTEST), 0
             else:
-                code, share, met = events.locate_event(
-                    h, y0, f0, y1, f1, before, arrow, memory, backlash, model
-                )
+                code, share, met = events.locate_event(h, carry, backlash, model)
                 if code == events.NONE or met or h <= SHORTEST:
                     break
                 # Interpolation aims at the event; a few aims meet it, unless the step is not as
                 # smooth as the cubic through its ends. Then halving closes in on it.
                 aims += 1
                 h = max(h * share * (1.0 if aims <= MOST_AIMS else 0.5), SHORTEST)
-            counts[REJECTED] += 1
-        counts[STEPS] += 1
+            counts[at.REJECTED] += 1
+        counts[at.STEPS] += 1
         lost = ratio == LARGEST_ERROR  # non-finite state: the run ends here
-        clock[START], clock[END] = time, math.inf if lost else time + h
-        counts[PENDING] = code if code != events.REVERSAL else events.NONE
-        events.update_anchors(y1, memory, model)
+        clock[at.START], clock[at.END] = time, math.inf if lost else time + h
+        counts[at.PENDING] = code if code != events.REVERSAL else events.NONE
+        events.update_anchors(end, model)
         if aims == 0:
-            clock[SUGGESTED] = h * step_factor(ratio)
+            clock[at.SUGGESTED] = h * step_factor(ratio)
         else:  # cut for the event, so its error does not limit the next step
-            clock[SUGGESTED] = min(clock[SUGGESTED], max(LARGEST_FACTOR * h, AFTER_EVENT))
+            clock[at.SUGGESTED] = min(clock[at.SUGGESTED], max(LARGEST_FACTOR * h, AFTER_EVENT))
 
     return advance
 
 
 @compiled
-def sample(carry: IntegratorState, time: float, state: Floats, extra: Floats) -> None:
+def sample(carry: at.IntegratorState, time: float, state: Floats, extra: Floats) -> None:
     """Write the state and its extras at ``time`` [s] within the present step."""
     interpolate(carry, time, state)
     extra[0] = interpolate_acceleration(carry, time)
-    extra[1] = carry.memory[STICKING]
-    extra[2] = carry.memory[CONTACT]
-    extra[3] = carry.memory[REST_START]
+    extra[1] = carry.end.memory[at.STICKING]
+    extra[2] = carry.end.memory[at.CONTACT]
+    extra[3] = carry.end.memory[at.REST_START]
 
 
 def initial_state(
     model: Model, arguments: CompiledModel, size: int, temperatures: tuple[float, float]
-) -> IntegratorState:
+) -> at.IntegratorState:
     """
     Return the carry of a piston that has rested for ``rest_time`` at its initial position.
 
@@ -240,29 +182,26 @@ def initial_state(
     volumes = chambers.volumes(operation.initial_position, model.cylinder)
     pressures = operation.initial_pressure_1, operation.initial_pressure_2
     y1 = np.zeros(size)
-    y1[POSITION] = operation.initial_position
+    y1[at.POSITION] = operation.initial_position
     for i in range(2):
         mass = chambers.gas_mass(pressures[i], volumes[i], temperatures[i], arguments.gas)
-        y1[PRESSURE_1 + i], y1[GAS_MASS_1 + i] = pressures[i], mass
-    memory = np.zeros(ANCHORS + len(law.element_stiffness))
-    memory[STICKING], memory[REST_START] = 1.0, -operation.rest_time
-    memory[HELD_DWELL] = operation.rest_time
-    memory[HELD_STATIC] = friction.static_friction(
+        y1[at.PRESSURE_1 + i], y1[at.GAS_MASS_1 + i] = pressures[i], mass
+    memory = np.zeros(at.ANCHORS + len(law.element_stiffness))
+    memory[at.STICKING], memory[at.REST_START] = 1.0, -operation.rest_time
+    memory[at.HELD_DWELL] = operation.rest_time
+    memory[at.HELD_STATIC] = friction.static_friction(
         operation.rest_time, law.breakaway_force, law.coulomb_force, arguments.friction
     )
-    return IntegratorState(
+    voltages = np.full(2, CENTRE_VOLTAGE)
+    return at.IntegratorState(
         clock=np.array([0.0, 0.0, AFTER_EVENT, 0.0]),
         counts=np.zeros(5, dtype=np.int64),
         y0=y1.copy(),
         f0=np.zeros(size),
-        y1=y1,
-        f1=np.zeros(size),
-        arrow=np.zeros(ARROW_SIZE),
-        memory=memory,
-        voltages=np.full(2, CENTRE_VOLTAGE),
+        arrow_0=np.zeros(at.ARROW_SIZE),
+        end=at.Point(y1, np.zeros(size), np.zeros(at.ARROW_SIZE), memory, voltages),
         scale=full_scale(model, size),
         work=np.zeros((5, size)),
-        work_arrow=np.zeros(ARROW_SIZE),
     )
 
 

@@ -2,21 +2,21 @@
 
 import math
 from collections.abc import Mapping
-from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from pneu_rig_ros.arrays import Flags, Floats, Integers
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model import along, chambers, dynamics, integrator
+from pneu_rig_ros.model import along, chambers
 from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model import layout as at
 from pneu_rig_ros.model.assembly import assemble
-from pneu_rig_ros.model.compiled_model import CompiledEffects, CompiledModel, compiled_model
+from pneu_rig_ros.model.compiled_model import CompiledModel, compiled_model
 from pneu_rig_ros.model.effect import READING_BALANCES
-from pneu_rig_ros.model.integrator import initial_state
+from pneu_rig_ros.model.integrator import EXTRA_NAMES, initial_state
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
-from pneu_rig_ros.model.shape import rows, without_shape
+from pneu_rig_ros.model.shape import ACTS, rows, without_shape
 from pneu_rig_ros.model.valve import FULL_VOLTAGE
 
 TOLERANCE = 1e-6
@@ -105,45 +105,25 @@ class Plant:
         for name, own, one in zip(chosen, self._chosen, loaded, strict=True):
             if type(own) is not one.parameters:
                 raise RigError(f'effects.{name}: {own!r} are no parameters of it')
-        acting = [own != one.null for own, one in zip(self._chosen, loaded, strict=True)]
-        values = np.array([value for own in self._chosen for value in own], dtype=np.float64)
-        shapes = rows(zip(chosen, loaded, chosen.values(), strict=True))
-        self.effects = CompiledEffects(values, np.array(acting, dtype=np.bool_), shapes)
-        self.state_size = dynamics.STATE_SIZE + sum(len(effect.states) for effect in loaded)
+        self._effects = rows(zip(chosen, loaded, chosen.values(), strict=True))
+        self.state_size = at.STATE_SIZE + sum(len(effect.states) for effect in loaded)
         sensing = [effect.balance in READING_BALANCES for effect in loaded]
-        self._sensed = any(np.logical_and(sensing, acting))
+        self._sensed = any(self._effects[sensing, ACTS])
         self._temperatures = temperatures or (model.gas.supply_temperature,) * 2
         assembled = assemble(tuple(chosen))
-        self.right_hand_side, self._compiled_run, self._read, self._along = assembled
-        self._one_voltage = np.empty((1, 2))
-        self._index = 0
-        self._arguments = self._compiled_model()
+        self.right_hand_side, self._run, self._read, self._along = assembled
+        self.reset()
 
     def reset(self) -> PlantState:
         """Go back to rest at the initial position; return the state there."""
         self._arguments = self._compiled_model()
-        self._index = 0
-        for name in ('_carry', '_one_state', '_one_extra'):
-            self.__dict__.pop(name, None)
+        self._carry, self._index = self.initial_integrator_state(), 0
+        end = self._carry.end
+        self.right_hand_side(0.0, end, self._arguments)
+        self._carry.counts[at.EVALUATIONS] += 1
+        self._last_state = end.state[np.newaxis].copy()
+        self._last_extra = np.array([[end.rate[at.VELOCITY], *end.memory[:3]]])
         return self.state
-
-    @cached_property
-    def _carry(self) -> integrator.IntegratorState:
-        """The integration; rates along a measured run need none."""
-        carry = self.initial_integrator_state()
-        rates = carry.f1, carry.arrow, carry.memory, carry.voltages
-        self.right_hand_side(0.0, carry.y1, *rates, self._arguments, self.effects)
-        carry.counts[integrator.EVALUATIONS] += 1
-        return carry
-
-    @cached_property
-    def _one_state(self) -> Floats:
-        return self._carry.y1[np.newaxis].copy()
-
-    @cached_property
-    def _one_extra(self) -> Floats:
-        carry = self._carry
-        return np.array([[carry.f1[dynamics.VELOCITY], *carry.memory[:3]]])
 
     def _compiled_model(self) -> CompiledModel:
         """Return the model; the dwell clock is that of an effect which the law is completed by."""
@@ -151,15 +131,15 @@ class Plant:
         for effect, own in zip(self._library, self._chosen, strict=True):
             if own != effect.null and FRICTION_MODELS[law.model] in effect.laws:
                 law = law._replace(**{name: getattr(own, name) for name in effect.clock})
-        return compiled_model(self.model._replace(friction=law))
+        return compiled_model(self.model._replace(friction=law), self._effects)
 
-    def initial_integrator_state(self) -> integrator.IntegratorState:
+    def initial_integrator_state(self) -> at.IntegratorState:
         """Return the integration of the model at rest, before its first step."""
         return initial_state(self.model, self._arguments, self.state_size, self._temperatures)
 
     def change_operation(self, **changes: float) -> None:
         """Change the supply pressure [Pa] or load [kg] (fields of ``Operation``) under way."""
-        self._carry.voltages[:] = np.nan  # the next run cuts the step under way
+        self._carry.end.voltages[:] = np.nan  # the next run cuts the step under way
         operation = self.model.operation._replace(**changes)
         self.model = self.model._replace(operation=operation)
         self._arguments = self._compiled_model()
@@ -176,10 +156,7 @@ class Plant:
 
     def step(self, voltage_1: float, voltage_2: float, interval: float) -> PlantState:
         """Hold the voltages [V] for one interval [s]; return the state after it, as ``run``."""
-        self._one_voltage[0] = voltage_1, voltage_2
-        self._call_run(interval, self._one_voltage, FREE, self._one_state, self._one_extra)
-        self._check()
-        self._index += 1
+        self._advance(np.array([[voltage_1, voltage_2]]), interval, *FREE)
         return self.state
 
     def run_imposed(
@@ -195,28 +172,27 @@ class Plant:
         :param rests: when the rest, or a missed slide, began [s since the reset], shape (m,)
         :raises RigError: if a state is not finite
         """
-        count = len(voltages)
-        states = np.empty((count, self.state_size))
-        extras = np.empty((count, len(integrator.EXTRA_NAMES)))
-        self._call_run(interval, voltages, (actions, measured, rests), states, extras)
-        self._check()
-        if count:
-            self._one_state[0], self._one_extra[0] = states[-1], extras[-1]
-        time = (self._index + 1.0 + np.arange(count, dtype=np.float64)) * interval
-        self._index += count
+        first, count = self._index, len(voltages)
+        states, extras = self._advance(voltages, interval, actions, measured, rests)
+        time = (first + 1.0 + np.arange(count, dtype=np.float64)) * interval
         return self._trajectory(time, states, extras)
 
-    def _call_run(
-        self,
-        interval: float,
-        voltages: Floats,
-        imposed: tuple[Integers, Floats, Floats],
-        states: Floats,
-        extras: Floats,
-    ) -> None:
-        runs = self._carry, interval, self._index, np.clip(voltages, 0.0, FULL_VOLTAGE), *imposed
-        accuracy, given = (self.tolerance, self.longest_step), (self._arguments, self.effects)
-        self._compiled_run(*runs, states, extras, *accuracy, *given)
+    def _advance(
+        self, voltages: Floats, interval: float, *imposed: Floats | Integers
+    ) -> tuple[Floats, Floats]:
+        """Return the states after each interval, and what the integrator adds to them."""
+        count, carry = len(voltages), self._carry
+        states, extras = np.empty((count, self.state_size)), np.empty((count, len(EXTRA_NAMES)))
+        runs = carry, interval, self._index, np.clip(voltages, 0.0, FULL_VOLTAGE), *imposed
+        accuracy = self.tolerance, self.longest_step
+        self._run(*runs, states, extras, *accuracy, self._arguments)
+        start, end = carry.clock[: at.END + 1].tolist()
+        if math.isinf(end):
+            raise RigError(f'simulation failed at t = {start:.6g} s: non-finite state')
+        if count:
+            self._last_state, self._last_extra = states[-1:].copy(), extras[-1:].copy()
+        self._index += count
+        return states, extras
 
     def along(
         self,
@@ -241,27 +217,22 @@ class Plant:
         rates, bias = np.empty((count, along.COLUMNS)), np.zeros((count, 3))
         states = np.empty((count if self._sensed else 0, self.state_size))
         runs = measured, velocity, contacts, np.clip(voltages, 0.0, FULL_VOLTAGE)
-        self._along(interval, *runs, rates, states, carry, self._arguments, self.effects)
+        self._along(interval, *runs, rates, states, carry, self._arguments)
         if self._sensed:
             middles = (np.arange(count, dtype=np.float64) + 0.5) * interval
             bias = (self._readings(middles, states) - states[:, :4])[:, [0, 2, 3]]
         return rates, bias
 
-    def _check(self) -> None:
-        start, end = self._carry.clock[: integrator.END + 1].tolist()
-        if math.isinf(end):
-            raise RigError(f'simulation failed at t = {start:.6g} s: non-finite state')
-
     @property
     def state(self) -> PlantState:
         """The state at the present sampling instant."""
-        x, v, p1, p2, *inner = self._one_state[0, : dynamics.STATE_SIZE].tolist()
-        acceleration, sticking, contact, rest_start = self._one_extra[0].tolist()
+        x, v, p1, p2, *inner = self._last_state[0, : at.STATE_SIZE].tolist()
+        acceleration, sticking, contact, rest_start = self._last_extra[0].tolist()
         force = self._friction(p1, p2, acceleration)
-        time = float(self._carry.clock[integrator.NOW])
+        time = float(self._carry.clock[at.NOW])
         rest = sticking != 0.0, int(contact), time - rest_start if sticking else 0.0
-        now = self._carry.clock[integrator.NOW :]
-        readings = self._readings(now, self._one_state)[0].tolist()
+        now = self._carry.clock[at.NOW :]
+        readings = self._readings(now, self._last_state)[0].tolist()
         values = (time, x, v, acceleration, p1, p2, force, *inner, *rest, *readings)
         return PlantState._make(values)
 
@@ -282,11 +253,11 @@ class Plant:
         if not self._sensed:
             return states[:, :4]
         readings, scratch = np.empty((len(states), 4)), np.zeros(self.state_size)
-        self._read(times, states, readings, scratch, self._arguments, self.effects)
+        self._read(times, states, readings, scratch, self._arguments)
         return readings
 
     def _trajectory(self, time: Floats, states: Floats, extras: Floats) -> Trajectory:
-        x, v, p1, p2, *inner = states.T[: dynamics.STATE_SIZE]
+        x, v, p1, p2, *inner = states.T[: at.STATE_SIZE]
         acceleration, sticking, contact, rest_start = extras.T
         force = self._friction(p1, p2, acceleration)
         dwell = np.where(sticking != 0.0, time - rest_start, 0.0)

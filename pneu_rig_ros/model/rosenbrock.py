@@ -6,28 +6,15 @@ arrow of (v; z, p1, p2), the stiff part, whose linear systems are solved in clos
 Reference: J. Rang, L. Angermann, BIT Numerical Mathematics 45 (2005) 761.
 """
 
+from collections.abc import Callable
+
 import numpy as np
 
 from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.model import layout as at
 from pneu_rig_ros.model.compiled import compiled, inner
-from pneu_rig_ros.model.compiled_model import CompiledEffects, CompiledModel
-from pneu_rig_ros.model.dynamics import (
-    DEFLECTION,
-    P1_P1,
-    P1_V,
-    P2_P2,
-    P2_V,
-    PRESSURE_1,
-    PRESSURE_2,
-    V_P1,
-    V_P2,
-    V_V,
-    V_Z,
-    VELOCITY,
-    Z_V,
-    Z_Z,
-    RightHandSide,
-)
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.dynamics import RightHandSide
 
 ORDER = 3
 """Declared order of the method."""
@@ -67,51 +54,37 @@ def solve(diagonal: float, arrow: Floats, right: Floats) -> None:
     :param arrow: Jacobian entries, shape (ARROW_SIZE,)
     :param right: right-hand side, shape (n,), becomes u
     """
-    z = 1.0 / (diagonal - arrow[Z_Z])
-    p1 = 1.0 / (diagonal - arrow[P1_P1])
-    p2 = 1.0 / (diagonal - arrow[P2_P2])
-    feed_z, feed_1, feed_2 = arrow[V_Z] * z, arrow[V_P1] * p1, arrow[V_P2] * p2
-    pivot = diagonal - arrow[V_V]
-    pivot -= feed_z * arrow[Z_V] + feed_1 * arrow[P1_V] + feed_2 * arrow[P2_V]
-    right_z, right_1, right_2 = right[DEFLECTION], right[PRESSURE_1], right[PRESSURE_2]
-    v = right[VELOCITY] + feed_z * right_z + feed_1 * right_1 + feed_2 * right_2
+    z = 1.0 / (diagonal - arrow[at.Z_Z])
+    p1 = 1.0 / (diagonal - arrow[at.P1_P1])
+    p2 = 1.0 / (diagonal - arrow[at.P2_P2])
+    feed_z, feed_1, feed_2 = arrow[at.V_Z] * z, arrow[at.V_P1] * p1, arrow[at.V_P2] * p2
+    pivot = diagonal - arrow[at.V_V]
+    pivot -= feed_z * arrow[at.Z_V] + feed_1 * arrow[at.P1_V] + feed_2 * arrow[at.P2_V]
+    right_z, right_1, right_2 = right[at.DEFLECTION], right[at.PRESSURE_1], right[at.PRESSURE_2]
+    v = right[at.VELOCITY] + feed_z * right_z + feed_1 * right_1 + feed_2 * right_2
     v /= pivot
     inverse = 1.0 / diagonal
     for i in range(len(right)):
         right[i] *= inverse
-    right[VELOCITY] = v
-    right[DEFLECTION] = (right_z + arrow[Z_V] * v) * z
-    right[PRESSURE_1] = (right_1 + arrow[P1_V] * v) * p1
-    right[PRESSURE_2] = (right_2 + arrow[P2_V] * v) * p2
+    right[at.VELOCITY] = v
+    right[at.DEFLECTION] = (right_z + arrow[at.Z_V] * v) * z
+    right[at.PRESSURE_1] = (right_1 + arrow[at.P1_V] * v) * p1
+    right[at.PRESSURE_2] = (right_2 + arrow[at.P2_V] * v) * p2
 
 
-def build_step(right_hand_side: RightHandSide) -> RightHandSide:
+def build_step(right_hand_side: RightHandSide) -> Callable[..., None]:
     """
     Return the compiled step for a right-hand side.
 
-    ``step(t, h, y0, f0, arrow, y1, f1, arrow_1, error, u, memory, voltages, model, effects)``
-    writes state, rate and Jacobian at t + h into ``y1``, ``f1`` and ``arrow_1`` and the local
-    error estimate into ``error``; ``u`` is scratch, shape (4, n).
+    ``step(t, h, carry, model)`` writes state, rate and Jacobian at t + h into ``carry.end`` and
+    the local error estimate into ``carry.work[4]``.
     """
 
     @inner
-    def step(
-        t: float,
-        h: float,
-        y0: Floats,
-        f0: Floats,
-        arrow: Floats,
-        y1: Floats,
-        f1: Floats,
-        arrow_1: Floats,
-        error: Floats,
-        u: Floats,
-        memory: Floats,
-        voltages: Floats,
-        model: CompiledModel,
-        effects: CompiledEffects,
-    ) -> None:
-        u1, u2, u3, u4 = u[0], u[1], u[2], u[3]
+    def step(t: float, h: float, carry: at.IntegratorState, model: CompiledModel) -> None:
+        y0, f0, arrow, u = carry.y0, carry.f0, carry.arrow_0, carry.work
+        y1, f1 = carry.end.state, carry.end.rate
+        u1, u2, u3, u4, error = u[0], u[1], u[2], u[3], u[4]
         diagonal, per_h = 1.0 / (h * _DIAGONAL), 1.0 / h
         for i in range(len(y0)):
             u1[i] = f0[i]
@@ -123,9 +96,7 @@ def build_step(right_hand_side: RightHandSide) -> RightHandSide:
             a1, a2, a3, a4 = _A[stage, 0], _A[stage, 1], _A[stage, 2], _A[stage, 3]
             for i in range(len(y0)):
                 y1[i] = y0[i] + a1 * u1[i] + a2 * u2[i] + a3 * u3[i] + a4 * u4[i]
-            right_hand_side(
-                t + _TIMES[stage] * h, y1, f1, arrow_1, memory, voltages, model, effects
-            )
+            right_hand_side(t + _TIMES[stage] * h, carry.end, model)
             if stage < 4:
                 # 1/h is a factor of the sum, but at first of the coefficient: the order decides
                 # the last digit, and with it recorded trajectories

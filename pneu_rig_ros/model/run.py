@@ -12,29 +12,12 @@ from enum import IntFlag, auto
 
 from pneu_rig_ros.arrays import Floats, Integers
 from pneu_rig_ros.model import chambers, events
+from pneu_rig_ros.model import layout as at
 from pneu_rig_ros.model.compiled import compiled, inner, inner_called
-from pneu_rig_ros.model.compiled_model import CompiledEffects, CompiledModel
-from pneu_rig_ros.model.dynamics import (
-    CONTACT,
-    DEFLECTION,
-    FREE_ACCELERATION,
-    GAS_MASS_1,
-    GAS_MASS_2,
-    GROWN_STATIC,
-    HELD,
-    POSITION,
-    PRESSURE_1,
-    PRESSURE_2,
-    STICKING,
-    V_Z,
-    VELOCITY,
-    RightHandSide,
-)
+from pneu_rig_ros.model.compiled_model import CompiledModel
+from pneu_rig_ros.model.dynamics import RightHandSide
 from pneu_rig_ros.model.integrator import (
     ACCELERATION,
-    END,
-    NOW,
-    IntegratorState,
     build_advance,
     build_evaluate,
     copy,
@@ -83,34 +66,35 @@ def set_pressures(state: Floats, p1: float, p2: float) -> None:
     A pressure that is not a number is not known and stays as it is.
     """
     if p1 == p1:
-        state[GAS_MASS_1] *= p1 / state[PRESSURE_1]
-        state[PRESSURE_1] = p1
+        state[at.GAS_MASS_1] *= p1 / state[at.PRESSURE_1]
+        state[at.PRESSURE_1] = p1
     if p2 == p2:
-        state[GAS_MASS_2] *= p2 / state[PRESSURE_2]
-        state[PRESSURE_2] = p2
+        state[at.GAS_MASS_2] *= p2 / state[at.PRESSURE_2]
+        state[at.PRESSURE_2] = p2
 
 
 @compiled
 def set_position(state: Floats, position: float, model: CompiledModel) -> None:
     """Move the piston to a position [m] at unchanged pressures; changes ``state``."""
     inside = min(max(position, 0.0), model.cylinder.stroke)
-    old_1, old_2 = chambers.volumes(state[POSITION], model.cylinder)
+    old_1, old_2 = chambers.volumes(state[at.POSITION], model.cylinder)
     new_1, new_2 = chambers.volumes(inside, model.cylinder)
-    state[GAS_MASS_1] *= new_1 / old_1
-    state[GAS_MASS_2] *= new_2 / old_2
-    state[POSITION] = inside
+    state[at.GAS_MASS_1] *= new_1 / old_1
+    state[at.GAS_MASS_2] *= new_2 / old_2
+    state[at.POSITION] = inside
 
 
 def build_balance(evaluate: Callable[..., None]) -> Callable[..., None]:
     """Return the compiled balance of a piston that does not accelerate."""
 
     @inner_called
-    def balance(carry: IntegratorState, model: CompiledModel, effects: CompiledEffects) -> None:
+    def balance(carry: at.IntegratorState, model: CompiledModel) -> None:
         """Deflect the bristle until it holds the driving force (Newton's method)."""
         for _ in range(BALANCING_ROUNDS):
-            evaluate(carry, model, effects)
-            if carry.arrow[V_Z] < -LEAST_STIFFNESS:
-                carry.y1[DEFLECTION] -= carry.f1[VELOCITY] / carry.arrow[V_Z]
+            evaluate(carry, model)
+            state, rate, arrow = carry.end.state, carry.end.rate, carry.end.arrow
+            if arrow[at.V_Z] < -LEAST_STIFFNESS:
+                state[at.DEFLECTION] -= rate[at.VELOCITY] / arrow[at.V_Z]
 
     return balance
 
@@ -120,27 +104,27 @@ def build_restart(balance: Callable[..., None]) -> Callable[..., None]:
 
     @compiled
     def restart(
-        carry: IntegratorState,
+        carry: at.IntegratorState,
         at_stop: bool,
         measured: Floats,
         rest: float,
         model: CompiledModel,
-        effects: CompiledEffects,
     ) -> None:
-        memory, position, stop = carry.memory, measured[0], 0.0
-        slow = abs(carry.y1[VELOCITY]) < model.friction.start_velocity
+        state, memory = carry.end.state, carry.end.memory
+        position, stop = measured[0], 0.0
+        slow = abs(state[at.VELOCITY]) < model.friction.start_velocity
         if at_stop:
             stop = 1.0 if position > 0.5 * model.cylinder.stroke else -1.0
             position = 0.5 * (1.0 + stop) * model.cylinder.stroke
-        set_pressures(carry.y1, measured[2], measured[3])
-        set_position(carry.y1, position, model)
-        if slow and stop == 0.0 and memory[CONTACT] == 0.0:
+        set_pressures(state, measured[2], measured[3])
+        set_position(state, position, model)
+        if slow and stop == 0.0 and memory[at.CONTACT] == 0.0:
             return  # the model slows down too: when it rests is for it to decide
-        if memory[STICKING] == 0.0:
+        if memory[at.STICKING] == 0.0:
             events.enter_rest(rest, memory, model.friction)
-        memory[CONTACT], carry.y1[VELOCITY] = stop, 0.0
+        memory[at.CONTACT], state[at.VELOCITY] = stop, 0.0
         if stop == 0.0:
-            balance(carry, model, effects)
+            balance(carry, model)
 
     return restart
 
@@ -156,32 +140,27 @@ def build_act(evaluate: Callable[..., None]) -> Callable[..., None]:
 
     @inner_called
     def act(
-        carry: IntegratorState,
-        action: int,
-        measured: Floats,
-        rest: float,
-        model: CompiledModel,
-        effects: CompiledEffects,
+        carry: at.IntegratorState, action: int, measured: Floats, rest: float, model: CompiledModel
     ) -> None:
-        state, memory = carry.y1, carry.memory
-        if action & Impose.BREAK.value and memory[STICKING] != 0.0:
-            events.break_away(rest, memory, carry.arrow[GROWN_STATIC], model.friction)
+        state, memory = carry.end.state, carry.end.memory
+        if action & Impose.BREAK.value and memory[at.STICKING] != 0.0:
+            events.break_away(rest, memory, carry.end.arrow[at.GROWN_STATIC], model.friction)
         if action & Impose.RESTART.value:
             at_stop = action & Impose.STOP.value != 0
-            restart(carry, at_stop, measured, rest, model, effects)
+            restart(carry, at_stop, measured, rest, model)
         if action & Impose.HOLD.value:
             set_position(state, measured[0], model)
             set_pressures(state, measured[2], measured[3])
-            state[VELOCITY], memory[CONTACT] = measured[1], 0.0
-            balance(carry, model, effects)
+            state[at.VELOCITY], memory[at.CONTACT] = measured[1], 0.0
+            balance(carry, model)
         if action & Impose.MOTION.value:
             set_position(state, measured[0], model)
-            state[VELOCITY], memory[CONTACT] = measured[1], HELD
-        elif memory[CONTACT] == HELD:
-            memory[CONTACT] = 0.0
+            state[at.VELOCITY], memory[at.CONTACT] = measured[1], at.HELD
+        elif memory[at.CONTACT] == at.HELD:
+            memory[at.CONTACT] = 0.0
         if action & Impose.PRESSURES.value:
             set_pressures(state, measured[2], measured[3])
-        evaluate(carry, model, effects)
+        evaluate(carry, model)
 
     return act
 
@@ -191,7 +170,7 @@ def build_run(right_hand_side: RightHandSide) -> Callable[..., None]:
     Return the compiled run over many sampling intervals.
 
     ``run(carry, interval, first, voltages, actions, measured, rests, states, extras, tolerance,
-    longest, model, effects)`` holds each row of ``voltages``, shape (m, 2), for one interval [s].
+    longest, model)`` holds each row of ``voltages``, shape (m, 2), for one interval [s].
     Sample number ``first + i + 1`` is at exactly that multiple of the interval; it goes to
     ``states[i]``, shape (m, n), and ``extras[i]``, shape (m, 4), see ``EXTRA_NAMES``.
 
@@ -206,7 +185,7 @@ def build_run(right_hand_side: RightHandSide) -> Callable[..., None]:
 
     @inner
     def run(
-        carry: IntegratorState,
+        carry: at.IntegratorState,
         interval: float,
         first: int,
         voltages: Floats,
@@ -218,24 +197,23 @@ def build_run(right_hand_side: RightHandSide) -> Callable[..., None]:
         tolerance: float,
         longest: float,
         model: CompiledModel,
-        effects: CompiledEffects,
     ) -> None:
-        held = carry.voltages
+        held = carry.end.voltages
         for i in range(len(voltages)):
             imposed = len(actions) > 0 and actions[i] != 0
             if imposed or voltages[i, 0] != held[0] or voltages[i, 1] != held[1]:
                 cut(carry)
                 copy(voltages[i], held)
-                evaluate(carry, model, effects)
+                evaluate(carry, model)
                 if imposed:
-                    act(carry, actions[i], measured[i], rests[i], model, effects)
+                    act(carry, actions[i], measured[i], rests[i], model)
             # steps may reach beyond the sample, which is interpolated
             target = (first + i + 1) * interval
-            while carry.clock[END] < target:
-                advance(carry, tolerance, longest, model, effects)
-            carry.clock[NOW] = target
+            while carry.clock[at.END] < target:
+                advance(carry, tolerance, longest, model)
+            carry.clock[at.NOW] = target
             sample(carry, target, states[i], extras[i])
-            if carry.memory[CONTACT] == HELD:
-                extras[i, ACCELERATION] = carry.arrow[FREE_ACCELERATION]
+            if carry.end.memory[at.CONTACT] == at.HELD:
+                extras[i, ACCELERATION] = carry.end.arrow[at.FREE_ACCELERATION]
 
     return run

@@ -14,8 +14,8 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import chambers
 from pneu_rig_ros.model.compiled import called, compiled
-from pneu_rig_ros.model.compiled_model import Air
-from pneu_rig_ros.model.effect import Effect, Signals
+from pneu_rig_ros.model.compiled_model import Air, Signals
+from pneu_rig_ros.model.effect import Effect
 from pneu_rig_ros.model.quantity import (
     Quantity,
     QuantityList,
@@ -132,20 +132,28 @@ def check(shape: Shape, effect: Effect, where: str) -> None:
         (SIGNED if effect.describes else FACTOR).check(factor, f'{where}.times[{number}]')
 
 
-COUNT, OVER, FIRST = range(3)
-"""A shape in compiled code: number of knots, none for no shape; driver; knots, then factors."""
+ACTS, COUNT, OVER, FIRST = range(4)
+"""
+An effect in compiled code: whether it acts; number of knots of its shape, none for no shape;
+driver; knots, then factors; then the parameters.
+"""
+VALUES = FIRST + 2 * KNOTS
 
 
 def rows(effects: Iterable[tuple[str, Effect, Any]]) -> Floats:
     """
-    Return the shapes for compiled code, one row an effect, of zeros where it has none.
+    Return the effects for compiled code, one row each.
 
     :param effects: name, record and parameters of each effect
     :raises RigError: for a shape that the effect cannot have
     """
     chosen = list(effects)
-    table = np.zeros((len(chosen), FIRST + 2 * KNOTS))
+    most = max((len(effect.null) for _, effect, _ in chosen), default=0)
+    table = np.zeros((len(chosen), VALUES + most))
     for row, (name, effect, own) in zip(table, chosen, strict=True):
+        parameters = without_shape(own)
+        row[ACTS] = parameters != effect.null
+        row[VALUES : VALUES + len(parameters)] = parameters
         if isinstance(own, Shaped):
             check(own.shape, effect, f'effects.{name}.shape')
             over, at, times = own.shape
@@ -175,12 +183,7 @@ def _common(driver: int, s: Signals) -> float:
 
 @compiled
 def _own(
-    driver: int,
-    pressure: float,
-    volume: float,
-    gas_mass: float,
-    voltage: float,
-    gas: Air,
+    driver: int, pressure: float, volume: float, gas_mass: float, voltage: float, gas: Air
 ) -> float:
     """Return a driver of one chamber and its valve."""
     if driver == 8:

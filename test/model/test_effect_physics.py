@@ -9,8 +9,15 @@ from numpy.typing import NDArray
 from scipy.integrate import solve_ivp
 
 from pneu_rig_ros.model import effects, valve
-from pneu_rig_ros.model.compiled_model import compiled_model
-from pneu_rig_ros.model.effect import LEAST_TIME, ChamberGas, Motion, Ports, Seal, Signals
+from pneu_rig_ros.model.compiled_model import (
+    ChamberGas,
+    Motion,
+    Ports,
+    Seal,
+    Signals,
+    compiled_model,
+)
+from pneu_rig_ros.model.effect import LEAST_TIME
 from pneu_rig_ros.model.plant import Plant
 
 from .rigs import SHUT, changed, drive, plant_with, stroke, with_effects
@@ -43,8 +50,9 @@ def contribute(name: str, values: tuple[float, ...], state: Any = (), **signals:
     effect = effects.load(name)
     rate = np.zeros(len(effect.states))
     given = np.array(state if len(state) else np.zeros(len(rate)), dtype=np.float64)
+    states = (given, rate) if effect.takes_states else ()
     seen = at_rest(**signals)
-    pair = effect.contribution(seen, COMPILED, effect.parameters(*values), given, rate)
+    pair = effect.contribution(seen, COMPILED, effect.parameters(*values), *states)
     return *pair, rate
 
 

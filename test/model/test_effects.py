@@ -9,16 +9,15 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects
-from pneu_rig_ros.model.compiled_model import compiled_model
-from pneu_rig_ros.model.effect import (
-    READING_BALANCES,
+from pneu_rig_ros.model.compiled_model import (
     ChamberGas,
     Motion,
     Ports,
-    Regime,
     Seal,
     Signals,
+    compiled_model,
 )
+from pneu_rig_ros.model.effect import READING_BALANCES, Regime
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, Model
 from pneu_rig_ros.model.plant import Plant, Trajectory
 from pneu_rig_ros.model.quantity import Quantity, specifications
@@ -122,7 +121,8 @@ def test_null_contribution_is_exactly_zero(name: str) -> None:
     )
     size = len(effect.states)
     rate = np.full(size, np.nan)
-    pair = effect.contribution(signals, compiled_model(MODEL), effect.null, np.zeros(size), rate)
+    states = (np.zeros(size), rate) if effect.takes_states else ()
+    pair = effect.contribution(signals, compiled_model(MODEL), effect.null, *states)
     assert tuple(pair) == (0.0, 0.0)
     assert np.array_equal(rate, np.zeros(size))
 

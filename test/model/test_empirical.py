@@ -7,7 +7,7 @@ import pytest
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects
-from pneu_rig_ros.model.effect import Signals
+from pneu_rig_ros.model.compiled_model import Signals
 from pneu_rig_ros.model.empirical import OUTPUTS, TERMS
 from pneu_rig_ros.model.empirical_effects import EFFECTS
 from pneu_rig_ros.model.plant import Plant

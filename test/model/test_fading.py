@@ -9,6 +9,7 @@ import pytest
 from scipy.optimize import brentq
 
 from pneu_rig_ros.model import dynamics, events, friction
+from pneu_rig_ros.model import layout as at
 from pneu_rig_ros.model.compiled_model import compiled_model
 from pneu_rig_ros.model.parameters import FADES_WHILE_SLIDING, FOLLOWS_CLOCK, Friction, Model
 from pneu_rig_ros.model.plant import Plant, Trajectory
@@ -33,8 +34,8 @@ class Seal:
 
     def __init__(self, law: Friction, rested: float = 0.0) -> None:
         self.law, self.time = law, 0.0
-        self.memory = np.zeros(dynamics.ANCHORS + 1)
-        self.memory[[dynamics.STICKING, dynamics.REST_START]] = 1.0, -rested
+        self.memory = np.zeros(at.ANCHORS + 1)
+        self.memory[[at.STICKING, at.REST_START]] = 1.0, -rested
 
     def static(self, later: float = 0.0) -> float:
         """Return F_s [N] some time from now [s]."""
@@ -141,25 +142,16 @@ def test_nothing_is_lost_at_the_bounds_of_the_parameters() -> None:
 def level(plant: Plant, memory: Any, time: float) -> float:
     """Return g [N] without a film at a creep, from the right-hand side."""
     model, creep = compiled_model(plant.model), 1e-4
-    state, rate = plant.initial_integrator_state().y1, np.zeros(plant.state_size)
-    state[[dynamics.VELOCITY, dynamics.DEFLECTION]] = creep, 1e-5
-    plant.right_hand_side(
-        time,
-        state,
-        rate,
-        np.zeros(dynamics.ARROW_SIZE),
-        memory,
-        np.full(2, 2.5),
-        model,
-        plant.effects,
-    )
+    point = plant.initial_integrator_state().end._replace(memory=memory)
+    point.state[[at.VELOCITY, at.DEFLECTION]] = creep, 1e-5
+    plant.right_hand_side(time, point, model)
     bristles = 1e-5 * sum(plant.model.friction.element_stiffness)
-    return creep * bristles / (creep - rate[dynamics.DEFLECTION])
+    return creep * bristles / (creep - point.rate[at.DEFLECTION])
 
 
 def test_the_plant_slides_on_a_level_that_fades() -> None:
     plant = Plant(fading('cylinder_1', 0.4))
-    law, memory = compiled_model(plant.model).friction, plant.initial_integrator_state().memory
+    law, memory = compiled_model(plant.model).friction, plant.initial_integrator_state().end.memory
     rested = plant.model.operation.rest_time
     events.break_away(2.0, memory, 0.0, law)
     above = equation_16(2.0 + rested, law) - law.coulomb_force
@@ -200,7 +192,7 @@ def test_with_a_full_memory_the_rests_of_a_run_add_up() -> None:
     plant, voltages = pushes(model)
     run = plant.run(voltages, INTERVAL)
     assert slips(run) >= 3
-    memory, law = plant._carry.memory, plant._arguments.friction
+    memory, law = plant._carry.end.memory, plant._arguments.friction
     rested = 0.5 + INTERVAL * np.count_nonzero(run.sticking)
     error = INTERVAL * (2 * slips(run) + 1)
     assert dynamics.dwell_clock(run.time[-1], memory, law) == pytest.approx(rested, abs=error)
@@ -234,7 +226,7 @@ def followed(actions: dict[int, int], rests: dict[int, float]) -> tuple[Plant, f
 
 
 def dwell_of(plant: Plant, time: float) -> float:
-    return dynamics.dwell_clock(time, plant._carry.memory, plant._arguments.friction)
+    return dynamics.dwell_clock(time, plant._carry.end.memory, plant._arguments.friction)
 
 
 def test_a_slide_cannot_have_begun_before_the_rest_it_ends() -> None:

@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 from scipy.integrate import solve_ivp
 
-from pneu_rig_ros.model import dynamics, friction
+from pneu_rig_ros.model import friction
+from pneu_rig_ros.model import layout as at
 from pneu_rig_ros.model.compiled_model import compiled_model
 from pneu_rig_ros.model.parameters import (
     FILM_NORMALISED,
@@ -43,17 +44,14 @@ def test_constant_velocity_gives_the_stribeck_curve(
 ) -> None:
     law = {'model': FRICTION_MODELS.index(name), 'film_reading': film_reading}
     plant = Plant(changed('cylinder_1', friction=law))
-    model, carry = compiled_model(plant.model), plant.initial_integrator_state()
-    memory, rate, arrow = carry.memory, np.empty(8), np.empty(dynamics.ARROW_SIZE)
-    memory[dynamics.STICKING], memory[dynamics.HELD_STATIC] = 0.0, 13.0
-    volts = np.array(SHUT)
+    model, point = compiled_model(plant.model), plant.initial_integrator_state().end
+    point.memory[at.STICKING], point.memory[at.HELD_STATIC] = 0.0, 13.0
+    point.state[at.VELOCITY] = velocity
 
     def seal(t: float, seal_state: list[float]) -> list[float]:
-        state = carry.y1.copy()
-        state[dynamics.VELOCITY] = velocity
-        state[[dynamics.DEFLECTION, dynamics.FILM]] = seal_state
-        plant.right_hand_side(t, state, rate, arrow, memory, volts, model, plant.effects)
-        return [rate[dynamics.DEFLECTION], rate[dynamics.FILM]]
+        point.state[[at.DEFLECTION, at.FILM]] = seal_state
+        plant.right_hand_side(t, point, model)
+        return [point.rate[at.DEFLECTION], point.rate[at.FILM]]
 
     end = solve_ivp(seal, (0, 20), [0, 0], method='LSODA', rtol=1e-9, atol=1e-13)
     deflection = end.y[0, -1]

@@ -1,7 +1,7 @@
 """
 Optional physical effects, one a file, and those that add empirical terms.
 
-A file in this folder that defines ``EFFECT`` is an effect; its name is the file's name. Nothing
+A file in this folder is an effect, by its ``contribution``; its name is the file's name. Nothing
 else has to be changed to add one.
 """
 
@@ -37,7 +37,7 @@ def load(name: str, where: str = 'effects') -> Effect:
         raise RigError(f'{where}: {unknown(name, names())}')
     if name in EMPIRICAL:
         return EMPIRICAL[name]
-    effect: Effect = importlib.import_module(f'{__name__}.{name}').EFFECT
+    effect: Effect = importlib.import_module(f'{__name__}.{name}').contribution
     return effect
 
 

@@ -2,10 +2,8 @@
 
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -17,10 +15,17 @@ class Parameters(NamedTuple):
     ]
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
+@Effect(
+    title='piston area changes along the stroke',
+    balance=Balance.FORCE,
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
+    source='ISO 286-1:2010 and ISO 1101:2017 (tolerances of diameter and cylindricity of bores); '
+    'force of Eq. 8 with the area at the seal',
+    null=Parameters(0.0),
+    probes=((-0.03,), (-0.01,), (0.01,), (0.03,)),
+    drivers=('position',),
+)
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
     """
     Return the added force along the outstroke [N] and no added mass.
 
@@ -30,16 +35,3 @@ def contribution(
     share = parameters.taper * (signals.motion.position / model.cylinder.stroke - 0.5)
     difference = signals.gas.pressure_1 - signals.gas.pressure_2
     return share * model.cylinder.cap_area * difference, 0.0
-
-
-EFFECT = Effect(
-    title='piston area changes along the stroke',
-    balance=Balance.FORCE,
-    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
-    source='ISO 286-1:2010 and ISO 1101:2017 (tolerances of diameter and cylindricity of bores); '
-    'force of Eq. 8 with the area at the seal',
-    null=Parameters(0.0),
-    contribution=contribution,
-    probes=(Parameters(-0.03), Parameters(-0.01), Parameters(0.01), Parameters(0.03)),
-    drivers=('position',),
-)

@@ -1,11 +1,10 @@
 """Seal friction that differs between outstroke and instroke."""
 
+from itertools import product
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.friction import friction_direction
 from pneu_rig_ros.model.quantity import Quantity
 
@@ -17,15 +16,23 @@ class Parameters(NamedTuple):
         float, Quantity('-', -0.5, 0.5, 'share more on the outstroke and less on the instroke')
     ]
     one_sidedness: Annotated[
-        float,
-        Quantity('-', -1.0, 1.0, '1: the outstroke alone differs, -1: the instroke alone'),
+        float, Quantity('-', -1.0, 1.0, '1: the outstroke alone differs, -1: the instroke alone')
     ] = 0.0
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
+@Effect(
+    title='friction differs between outstroke and instroke',
+    balance=Balance.LEVEL,
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
+    source='B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models, analysis '
+    'tools and compensation methods for the control of machines with friction, Automatica 30 '
+    '(1994)',
+    null=Parameters(0.0),
+    strengths=('asymmetry',),
+    probes=tuple(product((-0.2, -0.05, 0.05, 0.2), (-1.0, 0.0, 1.0))),
+    drivers=('position', 'speed', 'pressure_1', 'pressure_2'),
+)
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
     """
     Return what is added to F_c and to F_smax [N]: their share on the outstroke, less it else.
 
@@ -38,22 +45,3 @@ def contribution(
     )
     share = parameters.asymmetry * (direction + parameters.one_sidedness)
     return share * law.coulomb_force, share * law.breakaway_force
-
-
-EFFECT = Effect(
-    title='friction differs between outstroke and instroke',
-    balance=Balance.LEVEL,
-    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
-    source='B. Armstrong-Hélouvry, P. Dupont, C. Canudas de Wit, A survey of models, analysis '
-    'tools and compensation methods for the control of machines with friction, Automatica 30 '
-    '(1994)',
-    null=Parameters(0.0),
-    contribution=contribution,
-    strengths=('asymmetry',),
-    probes=tuple(
-        Parameters(asymmetry, one_sidedness)
-        for asymmetry in (-0.2, -0.05, 0.05, 0.2)
-        for one_sidedness in (-1.0, 0.0, 1.0)
-    ),
-    drivers=('position', 'speed', 'pressure_1', 'pressure_2'),
-)

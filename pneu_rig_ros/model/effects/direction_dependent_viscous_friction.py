@@ -1,11 +1,10 @@
 """Viscous friction that differs between outstroke and instroke."""
 
+from itertools import product
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -16,22 +15,11 @@ class Parameters(NamedTuple):
         float, Quantity('N*s/m', -500.0, 500.0, 'more on the outstroke and less on the instroke')
     ]
     one_sidedness: Annotated[
-        float,
-        Quantity('-', -1.0, 1.0, '1: the outstroke alone differs, -1: the instroke alone'),
+        float, Quantity('-', -1.0, 1.0, '1: the outstroke alone differs, -1: the instroke alone')
     ] = 0.0
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
-    """Return the force of the asymmetry along the outstroke [N] and no added mass."""
-    velocity = signals.motion.velocity
-    drag = parameters.asymmetry * (abs(velocity) + parameters.one_sidedness * velocity)
-    return -drag, 0.0
-
-
-EFFECT = Effect(
+@Effect(
     title='viscous friction differs between outstroke and instroke',
     balance=Balance.FORCE,
     regimes=(Regime.SLIDING,),
@@ -39,13 +27,13 @@ EFFECT = Effect(
     'tools and compensation methods for the control of machines with friction, Automatica 30 '
     '(1994)',
     null=Parameters(0.0),
-    contribution=contribution,
     strengths=('asymmetry',),
-    probes=tuple(
-        Parameters(asymmetry, one_sidedness)
-        for asymmetry in (-30.0, 30.0)
-        for one_sidedness in (-1.0, 0.0, 1.0)
-    ),
+    probes=tuple(product((-30.0, 30.0), (-1.0, 0.0, 1.0))),
     needs=(Need.FREE_MOTION,),
     drivers=('speed',),
 )
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
+    """Return the force of the asymmetry along the outstroke [N] and no added mass."""
+    velocity = signals.motion.velocity
+    drag = parameters.asymmetry * (abs(velocity) + parameters.one_sidedness * velocity)
+    return -drag, 0.0

@@ -2,10 +2,8 @@
 
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.friction import grown_static_friction
 from pneu_rig_ros.model.quantity import Quantity
 
@@ -20,10 +18,21 @@ class Parameters(NamedTuple):
     dwell_exponent: Annotated[float, Quantity('-', 0.01, 2.0, 'alpha of Eq. 16')]
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
+@Effect(
+    title='static friction grows with the time at rest',
+    balance=Balance.LEVEL,
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
+    source='Eq. 16 of the paper; S. Kato, N. Sato, T. Matsubayashi, Some Considerations on '
+    'Characteristics of Static Friction of Machine Tool Slideway, J. Lubr. Technol. 94 (1972)',
+    null=Parameters(0.0, 1.0, 0.5),
+    probes=((10.0, 0.5, 0.5), (16.0, 0.2, 0.5), (25.0, 0.2, 0.5), (35.0, 0.5, 0.3)),
+    laws=('lugre', 'revised_lugre'),
+    clock=('dwell_coefficient', 'dwell_exponent'),
+    readings=('static_friction_reading',),
+    stage=1,
+    drivers=('dwell', 'pressure_1', 'pressure_2', 'position'),
+)
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
     """
     Return no change of F_c, and what is added to F_smax [N] so that F_s becomes Eq. 16.
 
@@ -42,25 +51,3 @@ def contribution(
         parameters.dwell_exponent,
     )
     return 0.0, static - seal.static_force
-
-
-EFFECT = Effect(
-    title='static friction grows with the time at rest',
-    balance=Balance.LEVEL,
-    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
-    source='Eq. 16 of the paper; S. Kato, N. Sato, T. Matsubayashi, Some Considerations on '
-    'Characteristics of Static Friction of Machine Tool Slideway, J. Lubr. Technol. 94 (1972)',
-    null=Parameters(0.0, 1.0, 0.5),
-    contribution=contribution,
-    probes=(
-        Parameters(10.0, 0.5, 0.5),
-        Parameters(16.0, 0.2, 0.5),
-        Parameters(25.0, 0.2, 0.5),
-        Parameters(35.0, 0.5, 0.3),
-    ),
-    laws=('lugre', 'revised_lugre'),
-    clock=('dwell_coefficient', 'dwell_exponent'),
-    readings=('static_friction_reading',),
-    stage=1,
-    drivers=('dwell', 'pressure_1', 'pressure_2', 'position'),
-)

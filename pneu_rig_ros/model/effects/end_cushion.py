@@ -2,10 +2,9 @@
 
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -35,30 +34,19 @@ def push(depth: float, speed: float, parameters: Parameters) -> float:
     return max(parameters.stiffness * depth + damping * speed, 0.0)
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
-    """Return the force of both cushions along the outstroke [N] and no added mass."""
-    x, v, length = signals.motion.position, signals.motion.velocity, parameters.length
-    outer = push(x - (model.cylinder.stroke - length), v, parameters)
-    return push(length - x, -v, parameters) - outer, 0.0
-
-
-EFFECT = Effect(
+@Effect(
     title='cushions brake the piston before its end stops',
     balance=Balance.FORCE,
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='K. H. Hunt, F. R. E. Crossley, Coefficient of Restitution Interpreted as Damping in '
     'Vibroimpact, J. Appl. Mech. 42 (1975), with a linear spring',
     null=Parameters(0.01, 0.0, 0.0),
-    contribution=contribution,
     strengths=('stiffness', 'damping'),
-    probes=(
-        Parameters(0.01, 500.0, 50.0),
-        Parameters(0.02, 500.0, 50.0),
-        Parameters(0.03, 200.0, 500.0),
-        Parameters(0.02, 5e3, 200.0),
-    ),
+    probes=((0.01, 500.0, 50.0), (0.02, 500.0, 50.0), (0.03, 200.0, 500.0), (0.02, 5e3, 200.0)),
     drivers=('position', 'velocity', 'speed'),
 )
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
+    """Return the force of both cushions along the outstroke [N] and no added mass."""
+    x, v, length = signals.motion.position, signals.motion.velocity, parameters.length
+    outer = push(x - (model.cylinder.stroke - length), v, parameters)
+    return push(length - x, -v, parameters) - outer, 0.0

@@ -5,9 +5,8 @@ from typing import Annotated, NamedTuple
 import numpy as np
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.friction import film_rests
 from pneu_rig_ros.model.quantity import Quantity
 
@@ -23,10 +22,26 @@ class Parameters(NamedTuple):
     time_dwell: Annotated[float, Quantity('s', 1e-3, 1e4, 'time to thin at rest, tau_h0')]
 
 
-@compiled
+@Effect(
+    title='a lubricant film builds up in motion and thins at rest',
+    balance=Balance.FILM,
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
+    source='Eq. 12-15 of the paper; H. Yanada, Y. Sekikawa, Modeling of Dynamic Behaviors of '
+    'Friction, Mechatronics 18 (2008)',
+    null=Parameters(0.0, 0.1, 0.1, 10.0),
+    probes=(
+        (5.0, 0.05, 0.5, 30.0),
+        (20.0, 0.01, 0.3, 30.0),
+        (20.0, 0.2, 0.3, 3.0),
+        (100.0, 0.02, 1.0, 30.0),
+    ),
+    laws=('lugre',),
+    states=('film_share',),
+    drivers=('speed', 'dwell'),
+)
 def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
+) -> Pair:
     """
     Return the share [-] of F_s - F_c that the film takes off g(0, h).
 
@@ -42,23 +57,3 @@ def contribution(
         time = parameters.time_deceleration
     rate[0] = (steady - film) / time
     return min(max(film, 0.0), 1.0), 0.0
-
-
-EFFECT = Effect(
-    title='a lubricant film builds up in motion and thins at rest',
-    balance=Balance.FILM,
-    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
-    source='Eq. 12-15 of the paper; H. Yanada, Y. Sekikawa, Modeling of Dynamic Behaviors of '
-    'Friction, Mechatronics 18 (2008)',
-    null=Parameters(0.0, 0.1, 0.1, 10.0),
-    contribution=contribution,
-    probes=(
-        Parameters(5.0, 0.05, 0.5, 30.0),
-        Parameters(20.0, 0.01, 0.3, 30.0),
-        Parameters(20.0, 0.2, 0.3, 3.0),
-        Parameters(100.0, 0.02, 1.0, 30.0),
-    ),
-    laws=('lugre',),
-    states=('film_share',),
-    drivers=('speed', 'dwell'),
-)

@@ -2,10 +2,8 @@
 
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -17,23 +15,17 @@ class Parameters(NamedTuple):
     ]
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
-    """Return no force, and the mass sigma_2 T [kg] as which the fluid term of Eq. 9 acts."""
-    return 0.0, model.friction.viscous_coefficient * parameters.time_constant
-
-
-EFFECT = Effect(
+@Effect(
     title='fluid friction depends on the acceleration too',
     balance=Balance.FORCE,
     regimes=(Regime.BREAKAWAY, Regime.SLIDING),
     source='Eq. 9 of the paper; X. B. Tran, N. Hafizah, H. Yanada, Modeling of Dynamic '
     'Friction Behaviors of Hydraulic Cylinders, Mechatronics 22 (2012)',
     null=Parameters(0.0),
-    contribution=contribution,
-    probes=(Parameters(0.003), Parameters(0.01), Parameters(0.05), Parameters(0.2)),
+    probes=((0.003,), (0.01,), (0.05,), (0.2,)),
     needs=(Need.FREE_MOTION,),
     drivers=('speed',),
 )
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
+    """Return no force, and the mass sigma_2 T [kg] as which the fluid term of Eq. 9 acts."""
+    return 0.0, model.friction.viscous_coefficient * parameters.time_constant

@@ -3,11 +3,10 @@
 import math
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model import chambers
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.quantity import Quantity
 
 REFERENCE = 3e5
@@ -45,30 +44,19 @@ def heat(
     return coefficient * wall_area(volume, area) * colder
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
-    """Return the heat flows [W] into the gas of chamber 1 and 2."""
-    g, cylinder = signals.gas, model.cylinder
-    heat_1 = heat(g.pressure_1, g.volume_1, g.gas_mass_1, cylinder.cap_area, model, parameters)
-    heat_2 = heat(g.pressure_2, g.volume_2, g.gas_mass_2, cylinder.rod_area, model, parameters)
-    return heat_1, heat_2
-
-
-EFFECT = Effect(
+@Effect(
     title='turbulent flow of the gas carries heat to and from the chamber walls',
     balance=Balance.HEAT,
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='F. W. Dittus, L. M. K. Boelter, Heat Transfer in Automobile Radiators of the Tubular '
     'Type, Univ. Calif. Publ. Eng. 2 (1930); G. Woschni, SAE Technical Paper 670931 (1967)',
     null=Parameters(0.0, 0.8),
-    contribution=contribution,
-    probes=(
-        Parameters(5.0, 0.8),
-        Parameters(20.0, 0.8),
-        Parameters(20.0, 0.4),
-        Parameters(80.0, 0.8),
-    ),
+    probes=((5.0, 0.8), (20.0, 0.8), (20.0, 0.4), (80.0, 0.8)),
     drivers=('speed', 'temperature', 'position'),
 )
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
+    """Return the heat flows [W] into the gas of chamber 1 and 2."""
+    g, cylinder = signals.gas, model.cylinder
+    heat_1 = heat(g.pressure_1, g.volume_1, g.gas_mass_1, cylinder.cap_area, model, parameters)
+    heat_2 = heat(g.pressure_2, g.volume_2, g.gas_mass_2, cylinder.rod_area, model, parameters)
+    return heat_1, heat_2

@@ -3,9 +3,8 @@
 from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.parameters import Model
 from pneu_rig_ros.model.quantity import Quantity
 
@@ -22,10 +21,29 @@ class Parameters(NamedTuple):
     ]
 
 
-@compiled
+def warming_time(parameters: Parameters, model: Model) -> float:
+    """Return the time of 63 % of the fall at ``FASTEST_SLIDE`` [s]."""
+    law = model.friction
+    force = law.coulomb_force + law.viscous_coefficient * FASTEST_SLIDE
+    return parameters.work / (force * FASTEST_SLIDE)
+
+
+@Effect(
+    title='friction falls as the seals warm up',
+    balance=Balance.LEVEL,
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
+    source='A. C. Bittencourt, E. Wernholt, S. Sander-Tavallaey, T. Brogårdh, An Extended '
+    'Friction Model to capture Load and Temperature effects in Robot Joints, IROS 2010; here '
+    'exponential in the work',
+    null=Parameters(0.0, 1.0),
+    probes=((0.1, 1.0), (0.2, 0.3), (0.3, 3.0), (0.5, 1.0)),
+    states=('warmth',),
+    drivers=('time', 'dwell', 'position', 'speed'),
+    fastest=warming_time,
+)
 def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
+) -> Pair:
     """
     Return what is added to F_c and to F_smax [N].
 
@@ -41,31 +59,3 @@ def contribution(
     rate[0] = (1.0 - state[0]) * power / parameters.work
     share = -parameters.drop * state[0]
     return share * law.coulomb_force, share * law.breakaway_force
-
-
-def warming_time(parameters: Parameters, model: Model) -> float:
-    """Return the time of 63 % of the fall at ``FASTEST_SLIDE`` [s]."""
-    law = model.friction
-    force = law.coulomb_force + law.viscous_coefficient * FASTEST_SLIDE
-    return parameters.work / (force * FASTEST_SLIDE)
-
-
-EFFECT = Effect(
-    title='friction falls as the seals warm up',
-    balance=Balance.LEVEL,
-    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
-    source='A. C. Bittencourt, E. Wernholt, S. Sander-Tavallaey, T. Brogårdh, An Extended '
-    'Friction Model to capture Load and Temperature effects in Robot Joints, IROS 2010; here '
-    'exponential in the work',
-    null=Parameters(0.0, 1.0),
-    contribution=contribution,
-    probes=(
-        Parameters(0.1, 1.0),
-        Parameters(0.2, 0.3),
-        Parameters(0.3, 3.0),
-        Parameters(0.5, 1.0),
-    ),
-    states=('warmth',),
-    drivers=('time', 'dwell', 'position', 'speed'),
-    fastest=warming_time,
-)

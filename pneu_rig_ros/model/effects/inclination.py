@@ -3,10 +3,8 @@
 import math
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.quantity import Quantity
 
 STANDARD_GRAVITY = 9.80665
@@ -19,22 +17,16 @@ class Parameters(NamedTuple):
     angle: Annotated[float, Quantity('rad', -1.6, 1.6, 'rise of the axis along the outstroke')]
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
-    """Return the weight along the outstroke [N] and no added mass."""
-    mass = model.cylinder.moving_mass + model.operation.load_mass
-    return -mass * STANDARD_GRAVITY * math.sin(parameters.angle), 0.0
-
-
-EFFECT = Effect(
+@Effect(
     title='cylinder axis is inclined',
     balance=Balance.FORCE,
     regimes=tuple(Regime),
     source='Newton, weight along the axis',
     null=Parameters(0.0),
-    contribution=contribution,
-    probes=(Parameters(-0.3), Parameters(-0.05), Parameters(0.05), Parameters(0.3)),
+    probes=((-0.3,), (-0.05,), (0.05,), (0.3,)),
     drivers=('position',),
 )
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
+    """Return the weight along the outstroke [N] and no added mass."""
+    mass = model.cylinder.moving_mass + model.operation.load_mass
+    return -mass * STANDARD_GRAVITY * math.sin(parameters.angle), 0.0

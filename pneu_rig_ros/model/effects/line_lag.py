@@ -4,8 +4,8 @@ from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, Signals, integrated_lag
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, integrated_lag
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import mass_flow
 
@@ -25,10 +25,21 @@ def held_back(flow: float, pressure: float, atmosphere: float) -> float:
     return -min(flow, 0.0) * max(1.0 - pressure / atmosphere, 0.0)
 
 
-@compiled
+@Effect(
+    title='lines delay the flow between valve and chamber',
+    balance=Balance.MASS,
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
+    source='E. Richer, Y. Hurmuzlu, A High Performance Pneumatic Force Actuator System: Part I, '
+    'J. Dyn. Sys., Meas., Control 122 (2000) (delay in the lines), here of first order',
+    null=Parameters(0.0),
+    probes=((0.005,), (0.02,), (0.06,)),
+    states=('line_flow_1', 'line_flow_2'),
+    needs=(Need.VALVES,),
+    drivers=(),  # a factor would lose or make the gas that the lines hold
+)
 def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
+) -> Pair:
     """
     Return what the flows into chamber 1 and 2 lack of the flows through the valves [kg/s].
 
@@ -48,18 +59,3 @@ def contribution(
     held_1 = held_back(FLOW_UNIT * state[0], s.gas.pressure_1, gas.atmospheric_pressure)
     held_2 = held_back(FLOW_UNIT * state[1], s.gas.pressure_2, gas.atmospheric_pressure)
     return share * (lack_1 + held_1), share * (lack_2 + held_2)
-
-
-EFFECT = Effect(
-    title='lines delay the flow between valve and chamber',
-    balance=Balance.MASS,
-    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
-    source='E. Richer, Y. Hurmuzlu, A High Performance Pneumatic Force Actuator System: Part I, '
-    'J. Dyn. Sys., Meas., Control 122 (2000) (delay in the lines), here of first order',
-    null=Parameters(0.0),
-    contribution=contribution,
-    probes=(Parameters(0.005), Parameters(0.02), Parameters(0.06)),
-    states=('line_flow_1', 'line_flow_2'),
-    needs=(Need.VALVES,),
-    drivers=(),  # a factor would lose or make the gas that the lines hold
-)

@@ -3,11 +3,9 @@
 import math
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, Signals
-from pneu_rig_ros.model.false_position import MOST_ROUNDS, Bracket, narrowed, secant
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, falling_fixed_point
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import mass_flow
 
@@ -43,6 +41,24 @@ def at_valve(flow: float, pressure: float, line: Parameters) -> float:
 
 
 @compiled
+def share_let_through(
+    share: float,
+    whole: float,
+    voltage: float,
+    pressure: float,
+    supply: float,
+    model: CompiledModel,
+    line: Parameters,
+) -> float:
+    """Return the share [-] of the whole flow that the valve lets through, if a share flows."""
+    behind = at_valve(share * whole, pressure, line)
+    return mass_flow(voltage, behind, supply, model.valve, model.gas) / whole
+
+
+share_that_flows = falling_fixed_point(share_let_through)
+
+
+@compiled
 def lack(
     voltage: float, pressure: float, supply: float, model: CompiledModel, line: Parameters
 ) -> float:
@@ -50,39 +66,16 @@ def lack(
     Return what the flow into a chamber lacks of that through the valve alone [kg/s].
 
     The flow is between none and that one, as the flow through the valve falls with the pressure
-    behind it; by false position.
+    behind it.
     """
-    valve, gas = model.valve, model.gas
-    whole = mass_flow(voltage, pressure, supply, valve, gas)
+    whole = mass_flow(voltage, pressure, supply, model.valve, model.gas)
     if whole == 0.0:
         return 0.0
-    behind = at_valve(whole, pressure, line)
-    most = 1.0 - mass_flow(voltage, behind, supply, valve, gas) / whole
-    bracket = Bracket(0.0, -1.0, 1.0, most, 0)  # shares of the flow without a line
-    for _ in range(MOST_ROUNDS):
-        if bracket.high - bracket.low <= ACCURACY or bracket.at_high <= 0.0:
-            break
-        share = secant(bracket)
-        behind = at_valve(share * whole, pressure, line)
-        excess = share - mass_flow(voltage, behind, supply, valve, gas) / whole
-        if abs(excess) <= ACCURACY:
-            return (share - 1.0) * whole
-        bracket = narrowed(bracket, share, excess)
-    return (bracket.high - 1.0) * whole
+    share = share_that_flows(1.0, ACCURACY, whole, voltage, pressure, supply, model, line)
+    return (share - 1.0) * whole
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
-    """Return what the flows into chamber 1 and 2 lack of those through the valves alone [kg/s]."""
-    ports, gas = signals.ports, signals.gas
-    lack_1 = lack(ports.voltage_1, gas.pressure_1, ports.supply_1, model, parameters)
-    lack_2 = lack(ports.voltage_2, gas.pressure_2, ports.supply_2, model, parameters)
-    return lack_1, lack_2
-
-
-EFFECT = Effect(
+@Effect(
     title='lines resist the flow between valve and chamber',
     balance=Balance.MASS,
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
@@ -90,16 +83,14 @@ EFFECT = Effect(
     'Press 1953, ch. 6 (isothermal flow with friction in a long duct), in series with the valve; '
     'laminar flow by Poiseuille',
     null=Parameters(0.0),
-    contribution=contribution,
     strengths=('resistance', 'laminar_resistance'),
-    probes=(
-        Parameters(1e8),
-        Parameters(3e8),
-        Parameters(1e9),
-        Parameters(0.0, 3e12),
-        Parameters(0.0, 3e13),
-        Parameters(1e8, 1e13),
-    ),
+    probes=((1e8,), (3e8,), (1e9,), (0.0, 3e12), (0.0, 3e13), (1e8, 1e13)),
     needs=(Need.VALVES,),
     drivers=(),
 )
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
+    """Return what the flows into chamber 1 and 2 lack of those through the valves alone [kg/s]."""
+    ports, gas = signals.ports, signals.gas
+    lack_1 = lack(ports.voltage_1, gas.pressure_1, ports.supply_1, model, parameters)
+    lack_2 = lack(ports.voltage_2, gas.pressure_2, ports.supply_2, model, parameters)
+    return lack_1, lack_2

@@ -4,9 +4,8 @@ import math
 from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import LEAST_TIME, Balance, Effect, Need, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import LEAST_TIME, Balance, Effect, Need, Regime
 from pneu_rig_ros.model.parameters import Model
 from pneu_rig_ros.model.quantity import Quantity
 
@@ -33,10 +32,32 @@ class Parameters(NamedTuple):
     ]
 
 
-@compiled
+def swing_time(parameters: Parameters, model: Model) -> float:
+    """Return the smaller of 1/omega of the load and the time constant of its damping [s]."""
+    mass = model.operation.load_mass
+    decay = mass / parameters.damping if parameters.damping > 0.0 else math.inf
+    return min(math.sqrt(mass * parameters.compliance), decay)
+
+
+@Effect(
+    title='the load hangs on the rod by a spring and a damper',
+    balance=Balance.FORCE,
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
+    source='Newton, two masses joined by a linear spring and damper',
+    null=Parameters(0.0, 0.0),
+    # a load that rings at another frequency is no start at all, unless it is well damped
+    probes=(
+        *((6e-5 * 1.33**step, 20.0) for step in range(10)),
+        *((2e-4, damping) for damping in (150.0, 1000.0)),
+    ),
+    states=('stretch', 'load_velocity'),
+    needs=(Need.FREE_MOTION,),
+    fastest=swing_time,
+    drivers=(),  # a factor on the force and the mass of the load would make energy
+)
 def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
+) -> Pair:
     """
     Return the force of the joint on the rod [N], and the mass [kg] that it no longer moves.
 
@@ -54,29 +75,3 @@ def contribution(
     rate[0] = stretching / STRETCH_UNIT
     rate[1] = -force / mass
     return force, -mass
-
-
-def swing_time(parameters: Parameters, model: Model) -> float:
-    """Return the smaller of 1/omega of the load and the time constant of its damping [s]."""
-    mass = model.operation.load_mass
-    decay = mass / parameters.damping if parameters.damping > 0.0 else math.inf
-    return min(math.sqrt(mass * parameters.compliance), decay)
-
-
-EFFECT = Effect(
-    title='the load hangs on the rod by a spring and a damper',
-    balance=Balance.FORCE,
-    regimes=(Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
-    source='Newton, two masses joined by a linear spring and damper',
-    null=Parameters(0.0, 0.0),
-    contribution=contribution,
-    # a load that rings at another frequency is no start at all, unless it is well damped
-    probes=(
-        *(Parameters(6e-5 * 1.33**step, 20.0) for step in range(10)),
-        *(Parameters(2e-4, damping) for damping in (150.0, 1000.0)),
-    ),
-    states=('stretch', 'load_velocity'),
-    needs=(Need.FREE_MOTION,),
-    fastest=swing_time,
-    drivers=(),  # a factor on the force and the mass of the load would make energy
-)

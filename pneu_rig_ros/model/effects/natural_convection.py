@@ -3,11 +3,10 @@
 import math
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model import chambers
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.quantity import Quantity
 
 REFERENCE = 10.0
@@ -46,20 +45,7 @@ def heat(colder: float, conductance: float, exponent: float) -> float:
     return conductance * math.pow(size, exponent) * colder
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
-    """Return the heat flows [W] into the gas of chamber 1 and 2."""
-    gas, power = signals.gas, parameters.exponent
-    wall = model.gas.supply_temperature
-    gas_1 = chambers.temperature(gas.pressure_1, gas.volume_1, gas.gas_mass_1, model.gas)
-    gas_2 = chambers.temperature(gas.pressure_2, gas.volume_2, gas.gas_mass_2, model.gas)
-    heat_1 = heat(wall - gas_1, parameters.conductance_1, power)
-    return heat_1, heat(wall - gas_2, parameters.conductance_2, power)
-
-
-EFFECT = Effect(
+@Effect(
     title='natural convection of the gas carries heat to and from the chamber walls',
     balance=Balance.HEAT,
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
@@ -67,12 +53,14 @@ EFFECT = Effect(
     'Correlating Equations for Laminar and Turbulent Free Convection From a Vertical Plate, Int. '
     'J. Heat Mass Transfer 18 (1975)',
     null=Parameters(0.0, 0.0, 0.25),
-    contribution=contribution,
-    probes=(
-        Parameters(0.05, 0.05, 0.25),
-        Parameters(0.2, 0.0, 0.25),
-        Parameters(0.0, 0.2, 0.25),
-        Parameters(0.6, 0.6, 0.33),
-    ),
+    probes=((0.05, 0.05, 0.25), (0.2, 0.0, 0.25), (0.0, 0.2, 0.25), (0.6, 0.6, 0.33)),
     drivers=('pressure', 'position', 'speed'),
 )
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
+    """Return the heat flows [W] into the gas of chamber 1 and 2."""
+    gas, power = signals.gas, parameters.exponent
+    wall = model.gas.supply_temperature
+    gas_1 = chambers.temperature(gas.pressure_1, gas.volume_1, gas.gas_mass_1, model.gas)
+    gas_2 = chambers.temperature(gas.pressure_2, gas.volume_2, gas.gas_mass_2, model.gas)
+    heat_1 = heat(wall - gas_1, parameters.conductance_1, power)
+    return heat_1, heat(wall - gas_2, parameters.conductance_2, power)

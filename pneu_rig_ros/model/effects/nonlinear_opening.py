@@ -3,10 +3,9 @@
 import math
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import FULL_VOLTAGE
 
@@ -49,30 +48,24 @@ def bend(voltage: float, parameters: Parameters, model: CompiledModel) -> float:
     return 0.0
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
-    """Return the voltages [V] to add to u1 and u2, so that Eq. 3 gives the bent opening."""
-    bend_1 = bend(signals.ports.voltage_1, parameters, model)
-    bend_2 = bend(signals.ports.voltage_2, parameters, model)
-    return bend_1, bend_2
-
-
-EFFECT = Effect(
+@Effect(
     title='valve ports open nonlinearly',
     balance=Balance.SPOOL,
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='E. Richer, Y. Hurmuzlu, A High Performance Pneumatic Force Actuator System: Part I, '
     'J. Dyn. Sys., Meas., Control 122 (2000) (round ports), here as a power law and a parabola',
     null=Parameters(1.0, 1.0),
-    contribution=contribution,
     probes=(
-        *(Parameters(exponent, exponent) for exponent in (0.85, 0.95, 1.05, 1.2)),
-        *(Parameters(1.0, exponent) for exponent in (0.9, 1.1)),
-        *(Parameters(exponent, 1.0) for exponent in (0.9, 1.1)),
-        *(Parameters(1.0, 1.0, curvature) for curvature in (-0.2, -0.05, 0.05, 0.2)),
+        *((exponent, exponent) for exponent in (0.85, 0.95, 1.05, 1.2)),
+        *((1.0, exponent) for exponent in (0.9, 1.1)),
+        *((exponent, 1.0) for exponent in (0.9, 1.1)),
+        *((1.0, 1.0, curvature) for curvature in (-0.2, -0.05, 0.05, 0.2)),
     ),
     stage=2,
     drivers=('opening', 'pressure'),
 )
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
+    """Return the voltages [V] to add to u1 and u2, so that Eq. 3 gives the bent opening."""
+    bend_1 = bend(signals.ports.voltage_1, parameters, model)
+    bend_2 = bend(signals.ports.voltage_2, parameters, model)
+    return bend_1, bend_2

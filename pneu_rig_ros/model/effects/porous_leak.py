@@ -3,10 +3,9 @@
 import math
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.quantity import Quantity
 
 REFERENCE = 1e5
@@ -42,18 +41,7 @@ def leak(pressure: float, flow: float, exponent: float, outside: float) -> float
     return flow * gauge * math.pow(size, exponent - 1.0)
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
-    """Return the mass flows [kg/s] into chamber 1 and 2."""
-    outside, power = model.gas.atmospheric_pressure, parameters.exponent
-    leak_1 = leak(signals.gas.pressure_1, parameters.flow_1, power, outside)
-    leak_2 = leak(signals.gas.pressure_2, parameters.flow_2, power, outside)
-    return -leak_1, -leak_2
-
-
-EFFECT = Effect(
+@Effect(
     title='chambers leak through porous walls',
     balance=Balance.MASS,
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
@@ -61,12 +49,12 @@ EFFECT = Effect(
     'E. M. Sparrow, Non-Darcy Flow Through Fibrous Porous Media, J. Appl. Mech. 36 (1969); as a '
     'power law in ISO 9972:2015',
     null=Parameters(0.0, 0.0, 1.0),
-    contribution=contribution,
-    probes=(
-        Parameters(3e-6, 0.0, 1.2),
-        Parameters(0.0, 2e-5, 1.0),
-        Parameters(3e-6, 3e-6, 1.0),
-        Parameters(2e-5, 2e-5, 1.5),
-    ),
+    probes=((3e-6, 0.0, 1.2), (0.0, 2e-5, 1.0), (3e-6, 3e-6, 1.0), (2e-5, 2e-5, 1.5)),
     drivers=('position',),
 )
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
+    """Return the mass flows [kg/s] into chamber 1 and 2."""
+    outside, power = model.gas.atmospheric_pressure, parameters.exponent
+    leak_1 = leak(signals.gas.pressure_1, parameters.flow_1, power, outside)
+    leak_2 = leak(signals.gas.pressure_2, parameters.flow_2, power, outside)
+    return -leak_1, -leak_2

@@ -2,10 +2,8 @@
 
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -21,19 +19,7 @@ class Parameters(NamedTuple):
     ] = 0.0
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
-    """Return what is added to F_c and to F_smax [N], a parabola of mean 0 along the stroke."""
-    law = model.friction
-    from_middle = signals.motion.position / model.cylinder.stroke - 0.5
-    share = parameters.gradient * from_middle
-    share += parameters.bulge * (1.0 / 3.0 - 4.0 * from_middle * from_middle)
-    return share * law.coulomb_force, share * law.breakaway_force
-
-
-EFFECT = Effect(
+@Effect(
     title='friction changes along the stroke',
     balance=Balance.LEVEL,
     regimes=(Regime.BREAKAWAY, Regime.SLIDING),
@@ -41,14 +27,13 @@ EFFECT = Effect(
     'tools and compensation methods for the control of machines with friction, Automatica 30 '
     '(1994)',
     null=Parameters(0.0),
-    contribution=contribution,
-    probes=(
-        Parameters(-0.4),
-        Parameters(-0.1),
-        Parameters(0.1),
-        Parameters(0.4),
-        Parameters(0.0, -0.2),
-        Parameters(0.0, 0.2),
-    ),
+    probes=((-0.4,), (-0.1,), (0.1,), (0.4,), (0.0, -0.2), (0.0, 0.2)),
     drivers=('position', 'velocity', 'speed'),
 )
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
+    """Return what is added to F_c and to F_smax [N], a parabola of mean 0 along the stroke."""
+    law = model.friction
+    from_middle = signals.motion.position / model.cylinder.stroke - 0.5
+    share = parameters.gradient * from_middle
+    share += parameters.bulge * (1.0 / 3.0 - 4.0 * from_middle * from_middle)
+    return share * law.coulomb_force, share * law.breakaway_force

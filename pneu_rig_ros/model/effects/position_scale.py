@@ -2,10 +2,8 @@
 
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.quantity import Quantity
 
 
@@ -20,32 +18,19 @@ class Parameters(NamedTuple):
     ] = 0.0
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
-    """Return what is added to the readings of position [m] and velocity [m/s]."""
-    share = signals.motion.position / model.cylinder.stroke
-    gain = parameters.error + 4.0 * parameters.bow * (1.0 - share)
-    slope = parameters.error + 4.0 * parameters.bow * (1.0 - 2.0 * share)
-    return gain * signals.motion.position, slope * signals.motion.velocity
-
-
-EFFECT = Effect(
+@Effect(
     title='the position sensor has a wrong scale',
     balance=Balance.MOTION_READING,
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='JCGM 200:2012 (VIM), sensitivity of a measuring system; IEC 61298-2, terminal-based '
     'linearity: a parabola that is right at both ends of the stroke',
     null=Parameters(0.0),
-    contribution=contribution,
-    probes=(
-        Parameters(-0.03),
-        Parameters(-0.01),
-        Parameters(0.01),
-        Parameters(0.03),
-        Parameters(0.0, -0.01),
-        Parameters(0.0, 0.01),
-    ),
+    probes=((-0.03,), (-0.01,), (0.01,), (0.03,), (0.0, -0.01), (0.0, 0.01)),
     drivers=('position',),
 )
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
+    """Return what is added to the readings of position [m] and velocity [m/s]."""
+    share = signals.motion.position / model.cylinder.stroke
+    gain = parameters.error + 4.0 * parameters.bow * (1.0 - share)
+    slope = parameters.error + 4.0 * parameters.bow * (1.0 - 2.0 * share)
+    return gain * signals.motion.position, slope * signals.motion.velocity

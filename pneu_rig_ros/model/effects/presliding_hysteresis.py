@@ -3,9 +3,8 @@
 from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.quantity import Quantity
 
 DEFLECTION_UNIT = 1e-4
@@ -21,10 +20,20 @@ class Parameters(NamedTuple):
     limit: Annotated[float, Quantity('N', 0.0, 1e3, 'force at which the element slips')]
 
 
-@compiled
+@Effect(
+    title='bristles slip one after another before the piston does',
+    balance=Balance.BRISTLE,
+    regimes=(Regime.PRESLIDING, Regime.BREAKAWAY),
+    source='F. Al-Bender, V. Lampaert, J. Swevers, The Generalized Maxwell-Slip Model: A '
+    'Novel Model for Friction Simulation and Compensation, IEEE Trans. Autom. Control 50 (2005)',
+    null=Parameters(0.0, 1.0),
+    probes=((3e4, 2.0), (1e5, 2.0), (1e5, 8.0), (3e5, 5.0)),
+    states=('relaxed_deflection',),
+    drivers=('position', 'pressure_1', 'pressure_2'),
+)
 def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
+) -> Pair:
     """
     Return what is added to F(z) [N] and to its stiffness [N/m].
 
@@ -39,22 +48,3 @@ def contribution(
     inside = min(max(bent, -reach), reach)
     rate[0] = (bent - inside) / (DEFLECTION_UNIT * DRAG_TIME)
     return parameters.stiffness * inside, parameters.stiffness if bent == inside else 0.0
-
-
-EFFECT = Effect(
-    title='bristles slip one after another before the piston does',
-    balance=Balance.BRISTLE,
-    regimes=(Regime.PRESLIDING, Regime.BREAKAWAY),
-    source='F. Al-Bender, V. Lampaert, J. Swevers, The Generalized Maxwell-Slip Model: A '
-    'Novel Model for Friction Simulation and Compensation, IEEE Trans. Autom. Control 50 (2005)',
-    null=Parameters(0.0, 1.0),
-    contribution=contribution,
-    probes=(
-        Parameters(3e4, 2.0),
-        Parameters(1e5, 2.0),
-        Parameters(1e5, 8.0),
-        Parameters(3e5, 5.0),
-    ),
-    states=('relaxed_deflection',),
-    drivers=('position', 'pressure_1', 'pressure_2'),
-)

@@ -3,10 +3,9 @@
 import math
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.quantity import Quantity
 
 REFERENCE = 1e5
@@ -34,19 +33,7 @@ def raised(pressure: float, exponent: float, outside: float) -> float:
     return math.pow(gauge, exponent) if gauge > 0.0 else 0.0
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
-    """Return what is added to F_c and to F_smax [N]: each lip is pressed on by its chamber."""
-    outside, power = model.gas.atmospheric_pressure, parameters.exponent
-    lip_1 = raised(signals.gas.pressure_1, power, outside)
-    lip_2 = raised(signals.gas.pressure_2, power, outside)
-    added = parameters.force * (lip_1 + lip_2)
-    return added, added
-
-
-EFFECT = Effect(
+@Effect(
     title='seal friction grows with a power of the pressure',
     balance=Balance.LEVEL,
     regimes=(Regime.BREAKAWAY, Regime.SLIDING),
@@ -54,7 +41,13 @@ EFFECT = Effect(
     'G. Belforte, T. Raparelli, M. Velardocchia, Study of the Behavior of Lip Seals in Pneumatic '
     'Actuators, Lubrication Engineering 49 (1993)',
     null=Parameters(0.0, 1.0),
-    contribution=contribution,
-    probes=(Parameters(0.5, 0.5), Parameters(2.0, 0.7), Parameters(2.0, 1.5)),
+    probes=((0.5, 0.5), (2.0, 0.7), (2.0, 1.5)),
     drivers=('difference', 'speed'),
 )
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
+    """Return what is added to F_c and to F_smax [N]: each lip is pressed on by its chamber."""
+    outside, power = model.gas.atmospheric_pressure, parameters.exponent
+    lip_1 = raised(signals.gas.pressure_1, power, outside)
+    lip_2 = raised(signals.gas.pressure_2, power, outside)
+    added = parameters.force * (lip_1 + lip_2)
+    return added, added

@@ -3,9 +3,8 @@
 from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime
 from pneu_rig_ros.model.quantity import Quantity
 
 DEFLECTION_UNIT = 1e-4
@@ -21,10 +20,21 @@ class Parameters(NamedTuple):
     reach: Annotated[float, Quantity('m', 1e-6, 1e-2, 'way over which the force rises to it')]
 
 
-@compiled
+@Effect(
+    title='seals deform elastically before they slide',
+    balance=Balance.FORCE,
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
+    source='W. D. Iwan, A Distributed-Element Model for Hysteresis and Its Steady-State Dynamic '
+    'Response, J. Appl. Mech. 33 (1966), one element',
+    null=Parameters(0.0, 3e-4),
+    probes=((0.5, 1e-4), (0.5, 5e-4), (3.0, 1e-4), (3.0, 5e-4)),
+    states=('seal_deflection',),
+    needs=(Need.FREE_MOTION,),
+    drivers=(),  # a factor on an elastic force would make energy
+)
 def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
+) -> Pair:
     """
     Return the force of the element along the outstroke [N], and no added mass.
 
@@ -38,23 +48,3 @@ def contribution(
     inside = min(max(bent, -parameters.reach), parameters.reach)
     rate[0] = (signals.motion.velocity - (bent - inside) / DRAG_TIME) / DEFLECTION_UNIT
     return -parameters.limit * inside / parameters.reach, 0.0
-
-
-EFFECT = Effect(
-    title='seals deform elastically before they slide',
-    balance=Balance.FORCE,
-    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
-    source='W. D. Iwan, A Distributed-Element Model for Hysteresis and Its Steady-State Dynamic '
-    'Response, J. Appl. Mech. 33 (1966), one element',
-    null=Parameters(0.0, 3e-4),
-    contribution=contribution,
-    probes=(
-        Parameters(0.5, 1e-4),
-        Parameters(0.5, 5e-4),
-        Parameters(3.0, 1e-4),
-        Parameters(3.0, 5e-4),
-    ),
-    states=('seal_deflection',),
-    needs=(Need.FREE_MOTION,),
-    drivers=(),  # a factor on an elastic force would make energy
-)

@@ -3,9 +3,8 @@
 from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, Signals, integrated_lag
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Need, Regime, integrated_lag
 from pneu_rig_ros.model.quantity import Quantity
 
 LAG_UNIT = 0.1
@@ -20,10 +19,20 @@ class Parameters(NamedTuple):
     ]
 
 
-@compiled
+@Effect(
+    title='the position sensor lags behind the piston',
+    balance=Balance.MOTION_READING,
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING),
+    source='JCGM 200:2012 (VIM), step response time; here of first order',
+    null=Parameters(0.0),
+    probes=((0.003,), (0.01,), (0.03,)),
+    states=('behind',),
+    needs=(Need.MILLISECONDS,),
+    drivers=('speed', 'velocity'),
+)
 def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
+) -> Pair:
     """
     Return what the readings lack of position [m] and velocity [m/s].
 
@@ -37,17 +46,3 @@ def contribution(
     lack = behind / time - signals.motion.velocity
     rate[0] = -lack / LAG_UNIT
     return -share * behind, share * lack
-
-
-EFFECT = Effect(
-    title='the position sensor lags behind the piston',
-    balance=Balance.MOTION_READING,
-    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING),
-    source='JCGM 200:2012 (VIM), step response time; here of first order',
-    null=Parameters(0.0),
-    contribution=contribution,
-    probes=(Parameters(0.003), Parameters(0.01), Parameters(0.03)),
-    states=('behind',),
-    needs=(Need.MILLISECONDS,),
-    drivers=('speed', 'velocity'),
-)

@@ -4,8 +4,8 @@ from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 
@@ -25,10 +25,19 @@ def within(gap: float, half: float) -> float:
     return min(max(gap, -half), half)
 
 
-@compiled
+@Effect(
+    title='valve spools follow their voltage with play',
+    balance=Balance.SPOOL,
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
+    source="M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis, Springer 1989 (play)",
+    null=Parameters(0.0),
+    probes=((0.01,), (0.03,), (0.1,)),
+    states=('dragged_1', 'dragged_2'),
+    drivers=('opening',),
+)
 def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
+) -> Pair:
     """
     Return what the spools lack of the commanded voltages u1, u2 [V].
 
@@ -45,16 +54,3 @@ def contribution(
     lack_2 = within(gap_2, 0.5 * parameters.width)
     rate[0], rate[1] = (lack_1 - gap_1) / DRAG_TIME, (lack_2 - gap_2) / DRAG_TIME
     return lack_1, lack_2
-
-
-EFFECT = Effect(
-    title='valve spools follow their voltage with play',
-    balance=Balance.SPOOL,
-    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
-    source="M. A. Krasnosel'skii, A. V. Pokrovskii, Systems with Hysteresis, Springer 1989 (play)",
-    null=Parameters(0.0),
-    contribution=contribution,
-    probes=(Parameters(0.01), Parameters(0.03), Parameters(0.1)),
-    states=('dragged_1', 'dragged_2'),
-    drivers=('opening',),
-)

@@ -4,8 +4,8 @@ from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import LEAST_TIME, Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import LEAST_TIME, Balance, Effect, Regime
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 
@@ -25,10 +25,19 @@ def speed(lack: float, time_per_volt: float) -> float:
     return max(-limit, min(-lack / LEAST_TIME, limit))
 
 
-@compiled
+@Effect(
+    title='the speed of the valve spools is limited',
+    balance=Balance.SPOOL,
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
+    source='H. E. Merritt, Hydraulic Control Systems, Wiley 1967 (saturated torque motor)',
+    null=Parameters(0.0),
+    probes=((0.01,), (0.05,), (0.2,)),
+    stage=1,
+    states=('limited_spool_1', 'limited_spool_2'),
+)
 def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
+) -> Pair:
     """
     Return what the spools lack of the commanded voltages u1, u2 [V].
 
@@ -43,16 +52,3 @@ def contribution(
     rate[0], rate[1] = speed(lack_1, time), speed(lack_2, time)
     share = min(time / LEAST_TIME, 1.0)
     return share * lack_1, share * lack_2
-
-
-EFFECT = Effect(
-    title='the speed of the valve spools is limited',
-    balance=Balance.SPOOL,
-    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
-    source='H. E. Merritt, Hydraulic Control Systems, Wiley 1967 (saturated torque motor)',
-    null=Parameters(0.0),
-    contribution=contribution,
-    probes=(Parameters(0.01), Parameters(0.05), Parameters(0.2)),
-    stage=1,
-    states=('limited_spool_1', 'limited_spool_2'),
-)

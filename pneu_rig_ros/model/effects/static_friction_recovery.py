@@ -2,10 +2,8 @@
 
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.friction import grown_static_friction
 from pneu_rig_ros.model.quantity import Quantity
 
@@ -20,10 +18,20 @@ class Parameters(NamedTuple):
     dwell_exponent: Annotated[float, Quantity('-', 0.01, 2.0, 'alpha of Eq. 16')]
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
+@Effect(
+    title='static friction recovers at rest from what a slip has left',
+    balance=Balance.LEVEL,
+    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
+    source='S. Kato, N. Sato, T. Matsubayashi, Some Considerations on Characteristics of Static '
+    'Friction of Machine Tool Slideway, J. Lubr. Technol. 94 (1972)',
+    null=Parameters(0.0, 1.0, 0.5),
+    probes=((0.2, 0.5, 0.5), (0.5, 0.5, 0.5), (0.5, 0.2, 0.3), (0.9, 0.5, 0.3)),
+    laws=('lugre', 'revised_lugre'),
+    clock=('dwell_coefficient', 'dwell_exponent'),
+    readings=('static_friction_reading',),
+    stage=1,
+)
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
     """
     Return no change of F_c, and what F_smax lacks [N].
 
@@ -41,24 +49,3 @@ def contribution(
         parameters.dwell_exponent,
     )
     return 0.0, static - seal.static_force
-
-
-EFFECT = Effect(
-    title='static friction recovers at rest from what a slip has left',
-    balance=Balance.LEVEL,
-    regimes=(Regime.BREAKAWAY, Regime.SLIDING),
-    source='S. Kato, N. Sato, T. Matsubayashi, Some Considerations on Characteristics of Static '
-    'Friction of Machine Tool Slideway, J. Lubr. Technol. 94 (1972)',
-    null=Parameters(0.0, 1.0, 0.5),
-    contribution=contribution,
-    probes=(
-        Parameters(0.2, 0.5, 0.5),
-        Parameters(0.5, 0.5, 0.5),
-        Parameters(0.5, 0.2, 0.3),
-        Parameters(0.9, 0.5, 0.3),
-    ),
-    laws=('lugre', 'revised_lugre'),
-    clock=('dwell_coefficient', 'dwell_exponent'),
-    readings=('static_friction_reading',),
-    stage=1,
-)

@@ -3,11 +3,9 @@
 import math
 from typing import Annotated, NamedTuple
 
-from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
-from pneu_rig_ros.model.false_position import MOST_ROUNDS, Bracket, narrowed, secant
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, falling_fixed_point
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import mass_flow_drawn
 
@@ -41,55 +39,37 @@ def drawn(signals: Signals, model: CompiledModel, supply: float) -> float:
 
 
 @compiled
-def fall(signals: Signals, model: CompiledModel, line: Parameters, supply: float) -> float:
-    """Return the fall of the supply [Pa] by the flow that is drawn at a pressure of it [Pa]."""
-    share = drawn(signals, model, supply) / TYPICAL_FLOW
+def fall(droop: float, signals: Signals, model: CompiledModel, line: Parameters) -> float:
+    """Return the fall of the supply [Pa] by the flow that is drawn at a droop of it [Pa]."""
+    share = drawn(signals, model, signals.ports.supply_1 - droop) / TYPICAL_FLOW
     return line.resistance * TYPICAL_FLOW * math.pow(share, line.exponent)
 
 
-@compiled
-def droop(signals: Signals, model: CompiledModel, line: Parameters) -> float:
-    """
-    Return the droop d [Pa] that solves d = R m_0 (m'/m_0)^n with m'(p_s - d), by false position.
-
-    The flow falls with the droop, so there is one solution, between none and that of m'(p_s).
-    """
-    supply = signals.ports.supply_1
-    most = min(fall(signals, model, line, supply), supply)
-    excess = most - fall(signals, model, line, supply - most)
-    bracket = Bracket(0.0, -most, most, excess, 0)
-    for _ in range(MOST_ROUNDS):
-        if bracket.high - bracket.low <= ACCURACY * supply or bracket.at_high <= 0.0:
-            break
-        middle = secant(bracket)
-        excess = middle - fall(signals, model, line, supply - middle)
-        if abs(excess) <= ACCURACY * supply:
-            return middle
-        bracket = narrowed(bracket, middle, excess)
-    return bracket.high
+droop_that_falls = falling_fixed_point(fall)
 
 
-@compiled
-def contribution(
-    signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
-    """Return what both valves lack of the supply pressure [Pa]."""
-    lack = droop(signals, model, parameters)
-    return -lack, -lack
-
-
-EFFECT = Effect(
+@Effect(
     title='supply pressure falls with the flow drawn',
     balance=Balance.SUPPLY,
     regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
     source='ISO 6953-2:2015 (forward flow characteristics of regulators), taken as a power law; '
     'I. E. Idelchik, Handbook of Hydraulic Resistance (laminar and turbulent flow)',
     null=Parameters(0.0),
-    contribution=contribution,
     probes=(
-        *(Parameters(resistance, 0.3) for resistance in (5e7, 5e8)),
-        *(Parameters(resistance) for resistance in (1e8, 5e8, 2e9)),
-        *(Parameters(resistance, 2.0) for resistance in (1e8, 1e9)),
+        *((resistance, 0.3) for resistance in (5e7, 5e8)),
+        *((resistance,) for resistance in (1e8, 5e8, 2e9)),
+        *((resistance, 2.0) for resistance in (1e8, 1e9)),
     ),
     drivers=('pressure_1', 'pressure_2', 'time'),
 )
+def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
+    """
+    Return what both valves lack of the supply pressure [Pa].
+
+    It is the droop d that solves d = R m_0 (m'/m_0)^n with m'(p_s - d). The flow falls with the
+    droop, so there is one solution, between none and that of m'(p_s).
+    """
+    supply = signals.ports.supply_1
+    most = min(fall(0.0, signals, model, parameters), supply)
+    droop = droop_that_falls(most, ACCURACY * supply, signals, model, parameters)
+    return -droop, -droop

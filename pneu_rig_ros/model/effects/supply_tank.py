@@ -3,9 +3,8 @@
 from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import mass_flow_drawn
 
@@ -24,10 +23,24 @@ class Parameters(NamedTuple):
     ]
 
 
-@compiled
+@Effect(
+    title='supply pressure falls with the mass drawn from a tank, and recovers',
+    balance=Balance.SUPPLY,
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
+    source='B. W. Andersen, The Analysis and Design of Pneumatic Systems, Wiley 1967 (tank filled '
+    'through a restriction; regulator with a lag)',
+    null=Parameters(0.0, 1.0),
+    probes=(
+        *((fall, 0.3) for fall in (3e8, 1e9)),
+        *((fall, 3.0) for fall in (3e7, 2e8)),
+        *((fall, 100.0) for fall in (3e6, 3e7)),
+    ),
+    states=('lack_of_tank',),
+    drivers=(),  # a factor would lose or make the gas of the tank
+)
 def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
+) -> Pair:
     """
     Return what both valves lack of the supply pressure [Pa].
 
@@ -43,21 +56,3 @@ def contribution(
     flow += mass_flow_drawn(ports.voltage_2, gas.pressure_2, supply, model.valve, model.gas)
     rate[0] = (parameters.fall * flow - lack / parameters.recovery_time) / PRESSURE_UNIT
     return -lack, -lack
-
-
-EFFECT = Effect(
-    title='supply pressure falls with the mass drawn from a tank, and recovers',
-    balance=Balance.SUPPLY,
-    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
-    source='B. W. Andersen, The Analysis and Design of Pneumatic Systems, Wiley 1967 (tank filled '
-    'through a restriction; regulator with a lag)',
-    null=Parameters(0.0, 1.0),
-    contribution=contribution,
-    probes=(
-        *(Parameters(fall, 0.3) for fall in (3e8, 1e9)),
-        *(Parameters(fall, 3.0) for fall in (3e7, 2e8)),
-        *(Parameters(fall, 100.0) for fall in (3e6, 3e7)),
-    ),
-    states=('lack_of_tank',),
-    drivers=(),  # a factor would lose or make the gas of the tank
-)

@@ -3,9 +3,8 @@
 from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.arrays import Floats
-from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import CompiledModel
-from pneu_rig_ros.model.effect import Balance, Effect, Regime, Signals, integrated_lag
+from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
+from pneu_rig_ros.model.effect import Balance, Effect, Regime, integrated_lag
 from pneu_rig_ros.model.quantity import Quantity
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 
@@ -19,10 +18,21 @@ class Parameters(NamedTuple):
     ] = 1.0
 
 
-@compiled
+@Effect(
+    title='valve spools follow their voltage with a lag',
+    balance=Balance.SPOOL,
+    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
+    source='P. Beater, Pneumatic Drives, Springer 2007 (first-order spool); H. C. Roters, '
+    'Electromagnetic Devices, Wiley 1941 (eddy currents delay a part of the force)',
+    null=Parameters(0.0),
+    probes=(*((time,) for time in (0.01, 0.05, 0.2)), *((time, 0.2) for time in (0.05, 0.3))),
+    stage=1,
+    states=('spool_1', 'spool_2'),
+    drivers=('opening',),
+)
 def contribution(
     signals: Signals, model: CompiledModel, parameters: Parameters, state: Floats, rate: Floats
-) -> tuple[float, float]:
+) -> Pair:
     """
     Return what the spools lack of the commanded voltages u1, u2 [V].
 
@@ -38,21 +48,3 @@ def contribution(
     share *= parameters.share
     rate[0], rate[1] = -lack_1 / time, -lack_2 / time
     return share * lack_1, share * lack_2
-
-
-EFFECT = Effect(
-    title='valve spools follow their voltage with a lag',
-    balance=Balance.SPOOL,
-    regimes=(Regime.DWELL, Regime.BREAKAWAY, Regime.SLIDING, Regime.END_STOP),
-    source='P. Beater, Pneumatic Drives, Springer 2007 (first-order spool); H. C. Roters, '
-    'Electromagnetic Devices, Wiley 1941 (eddy currents delay a part of the force)',
-    null=Parameters(0.0),
-    contribution=contribution,
-    probes=(
-        *(Parameters(time) for time in (0.01, 0.05, 0.2)),
-        *(Parameters(time, 0.2) for time in (0.05, 0.3)),
-    ),
-    stage=1,
-    states=('spool_1', 'spool_2'),
-    drivers=('opening',),
-)
