@@ -152,8 +152,9 @@ def rows(effects: Iterable[tuple[str, Effect, Any]]) -> Floats:
     table = np.zeros((len(chosen), VALUES + most))
     for row, (name, effect, own) in zip(table, chosen, strict=True):
         parameters = without_shape(own)
-        row[ACTS] = parameters != effect.null
-        row[VALUES : VALUES + len(parameters)] = parameters
+        if parameters != effect.null:  # else nothing reads them
+            row[ACTS] = 1.0
+            row[VALUES : VALUES + len(parameters)] = parameters
         if isinstance(own, Shaped):
             check(own.shape, effect, f'effects.{name}.shape')
             over, at, times = own.shape
