@@ -14,7 +14,7 @@ from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 INTERVAL = 1.16e-3
 COMMANDS = (0.3, 0.45, 0.8, -0.5, 0.35)
-LEAK = {'chamber_leak': effects.load('chamber_leak').probes[0]}
+LEAK = effects.nulls() | {'chamber_leak': effects.load('chamber_leak').probes[0]}
 
 
 def plants() -> Iterator[Plant]:

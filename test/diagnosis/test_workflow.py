@@ -70,7 +70,7 @@ def rigs(
 
 def cold(rig: RigConfiguration) -> RigConfiguration:
     heat = library.load('wall_heat_transfer').null._replace(conductance_1=0.5, conductance_2=0.5)
-    return replace(rig, effects={'wall_heat_transfer': heat})
+    return replace(rig, effects={**library.nulls(), 'wall_heat_transfer': heat})
 
 
 def wider(rig: RigConfiguration) -> RigConfiguration:
@@ -81,7 +81,9 @@ def wider(rig: RigConfiguration) -> RigConfiguration:
 def leaky(rig: RigConfiguration) -> RigConfiguration:
     bent = library.load('nonlinear_opening').parameters(1.3, 1.3)
     leak = library.load('chamber_leak').null._replace(area_1=2e-9, area_2=4e-9)
-    return replace(rig, effects={'nonlinear_opening': bent, 'chamber_leak': leak})
+    return replace(
+        rig, effects={**library.nulls(), 'nonlinear_opening': bent, 'chamber_leak': leak}
+    )
 
 
 def another_day(rig: RigConfiguration) -> RigConfiguration:

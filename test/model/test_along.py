@@ -5,11 +5,10 @@ import pytest
 from numpy.typing import NDArray
 
 from pneu_rig_ros.model import along
-from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.parameters import Model
 from pneu_rig_ros.model.plant import Plant, Trajectory
 
-from .rigs import SHUT, changed
+from .rigs import SHUT, changed, with_effects
 
 Floats = NDArray[np.float64]
 FINE = 1e-4
@@ -96,8 +95,7 @@ def test_sealed_adiabatic_chambers_have_no_source(model: Model) -> None:
 
 def test_leak_at_constant_volume_is_its_flow(model: Model) -> None:
     """Of a choked leak, m' = C p sqrt(...): in proportion to the pressure."""
-    leak = {'chamber_leak': library.load('chamber_leak').null._replace(area_1=2e-9)}
-    plant = Plant(model, leak)
+    plant = Plant(model, with_effects(chamber_leak=(2e-9, 0.0)))
     levels = []
     for pressure in (4e5, 8e5):
         measured = np.tile([0.1, pressure, 1e5], (200, 1))
