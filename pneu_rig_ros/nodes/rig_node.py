@@ -253,10 +253,14 @@ class RigNode(Node):
         return MessageWaitSet(self.awaited, self.context)
 
     def awaited(self) -> Iterator[PolledSubscription]:
-        """Yield the subscriptions of all nodes of this process that answer messages at once."""
+        """Yield the inputs of all nodes of this process that answer messages at once."""
         for node in self.process_nodes:
-            if node.active and not node.period_ns:
-                yield from node.polled_subscriptions
+            if node.active and not node.period_ns and node.ready():
+                yield from node.inputs()
+
+    def inputs(self) -> Iterable[PolledSubscription]:
+        """Return the subscriptions whose messages `update` takes as it is; others can wait."""
+        return self.polled_subscriptions
 
     def update(self) -> None:
         """Process the waiting messages and publish what is due; never block."""

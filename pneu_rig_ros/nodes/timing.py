@@ -103,6 +103,9 @@ class MessageWaitSet:
     def wait(self) -> None:
         """Return when there is a message to take, or after 20 ms."""
         handles = [each.handle for one in self._awaited() for each in one.subscriptions]
+        if not handles:  # which an empty set would refuse
+            time.sleep(self._TIMEOUT_NS * 1e-9)
+            return
         if len(handles) != self._size:
             self._size, context = len(handles), self._context.handle
             assert context is not None

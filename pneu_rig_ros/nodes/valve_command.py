@@ -1,6 +1,7 @@
 """The valve command node: the voltages of both valves from the command u, by Eq. 1."""
 
 import time
+from collections.abc import Iterable
 from functools import partial
 
 from pneu_rig_ros.nodes import runner
@@ -8,6 +9,7 @@ from pneu_rig_ros.nodes.diagnostics import NodeStatus, RateCounter
 from pneu_rig_ros.nodes.managed_node import ManagedNode
 from pneu_rig_ros.nodes.rig_node import Parameter
 from pneu_rig_ros.nodes.timing import LoopTimer, MessageWaitSet
+from pneu_rig_ros.nodes.topics import PolledSubscription
 from pneu_rig_ros.records.cdr_decoding import unpack_float64, unpack_stamp
 from pneu_rig_ros.records.cdr_encoding import pack_valve_voltages
 from pneu_rig_ros.rig.valve_drive import checked_command, valve_voltages
@@ -76,6 +78,10 @@ class ValveCommandNode(ManagedNode):
         """Return a wait set with a least interval between two answers."""
         gap_ns = LEAST_INTERVAL_NS if self._samples is None and not self.simulated_time else 0
         return MessageWaitSet(self.awaited, self.context, gap_ns)
+
+    def inputs(self) -> Iterable[PolledSubscription]:
+        """Return the subscriptions; no sample is taken before the first command."""
+        return [self._commands] if self._u is None else self.polled_subscriptions
 
     def update(self) -> None:
         """Answer the newest command, or with trigger `sample` each waiting sample."""

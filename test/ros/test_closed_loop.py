@@ -1,5 +1,8 @@
 """Controllers over DDS, in lock step with the plant at 862 Hz of simulated time."""
 
+import itertools
+import time
+
 import numpy as np
 import pytest
 from tracking import tracking
@@ -54,7 +57,7 @@ def lock_step(context, *others) -> Runner:
 
 
 def control(context, bystander: Bystander, step, seconds: float, **parameters):
-    """Return time [s], references, positions and commands of a run in closed loop."""
+    """Return times [s], references, positions and commands of a run in closed loop."""
     given = {'use_sim_time': True, 'profile': str(step), **parameters}
     runner = lock_step(context, PositionControllerNode(context, given))
     subscriptions = [bystander.hear(topic) for topic in ('joint_states', 'reference', 'u')]
@@ -62,16 +65,29 @@ def control(context, bystander: Bystander, step, seconds: float, **parameters):
     runner.close()
     joints = [unpack_joint_state(cdr) for cdr in heard[0]]
     numbers = [[unpack_float64(cdr) for cdr in messages] for messages in heard[1:]]
-    time = np.array([joint.stamp_ns for joint in joints]) * 1e-9
-    return time, *map(np.array, (numbers[0], [joint.position for joint in joints], numbers[1]))
+    times = np.array([joint.stamp_ns for joint in joints]) * 1e-9
+    return times, *map(np.array, (numbers[0], [joint.position for joint in joints], numbers[1]))
 
 
 def test_every_message_of_the_loop_wakes_it(context):
     """If only the answer to the plant did, a command would wait for 20 ms."""
     runner = lock_step(context)
+    late = time.monotonic() + 10.0
+    while not all(node.ready() for node in runner.nodes) and time.monotonic() < late:
+        time.sleep(0.01)
     awaited = [one.topic.name for one in runner.nodes[0].awaited()]
     runner.close()
     assert awaited == ['valve_voltages', 'u']
+
+
+def test_a_sample_that_waits_for_the_first_command_wakes_nothing(context):
+    """Else the loop would take a whole processor until there is a command."""
+    valves = {'use_sim_time': True, 'trigger': 'sample'}
+    runner = Runner([PlantNode(context, PLANT), ValveCommandNode(context, valves)])
+    cycles, end = itertools.count(), time.monotonic() + 2.0
+    runner.run(lambda: next(cycles) >= 0 and time.monotonic() < end)
+    runner.close()
+    assert next(cycles) < 300  # one every 20 ms, and some when the sample comes
 
 
 LOW = {'proportional_gain': 60.0, 'integral_gain': 60.0, 'derivative_gain': 2.0}
@@ -84,16 +100,16 @@ def test_loop_over_dds_is_the_loop_without_it_to_the_last_bit(
     context, bystander, step, gains, compensation
 ):
     """So that limit cycles and their end are those of test/control."""
-    time, reference, position, command = control(
+    times, reference, position, command = control(
         context, bystander, step, 2.0, compensation=compensation, **gains
     )
     excitation = load_excitation(step)
     rig = Rig(load_configuration('cylinder_1', initial_position=0.02))
     law = Pid(*gains.values())
     controller = PositionController(law, Compensation() if compensation else NONE)
-    for k in range(len(time)):
+    for k in range(len(times)):
         sample = rig.sample
-        wanted = excitation.level(round(time[k] * 1e9) * 1e-9)
+        wanted = excitation.level(round(times[k] * 1e9) * 1e-9)
         interval = INTERVAL * 1e-9 if k else 0.0
         u = controller.update(interval, wanted, sample.position, sample.velocity)
         assert (reference[k], position[k], command[k]) == (wanted, sample.position, u), k
