@@ -92,8 +92,9 @@ def compare_with_model(
     bag: Path | str, configuration: RigConfiguration, name: str | None = None
 ) -> Comparison:
     """
-    Compare a bag with a model's run of a name, that of its cylinder when not given.
+    Compare a bag with a simulation from its initial state, with its conditions and voltages.
 
+    :param name: of the simulated run; that of the cylinder if omitted
     :raises RigError: when the bag cannot be read, has no voltages to drive the model with, or its
         conditions are out of range
     """
@@ -172,7 +173,7 @@ def simulate_record(
 
 def command_onset(recording: Recording) -> float | None:
     """
-    Return when the valve voltages first differ [s] since the first sample.
+    Return when the voltages of the two valves first differ, [s] since the first sample.
 
     None if the valves stay centred, or if the voltages are not recorded.
     """

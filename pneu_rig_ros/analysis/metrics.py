@@ -31,8 +31,9 @@ NOISE_SAMPLES = 8192
 
 class SignalGap(NamedTuple):
     """
-    Error of a simulated signal against a measured one, simulated minus measured [unit].
+    Error of a simulated signal against a measured one, simulated minus measured, in ``unit``.
 
+    :param largest: largest absolute difference
     :param noise: standard deviation of the measured signal's noise, None if it is not known
     """
 
@@ -127,8 +128,8 @@ def compare_signals(
     """
     Return the errors of simulated signals against measured ones, for every signal of both.
 
-    Name -> signal at the same instants, SI units, shape (n,); name -> standard deviation of a
-    measured value, as far as it is known.
+    :param measured, simulated: name -> signal at the same instants [SI], shape (n,)
+    :param noise: name -> standard deviation of a measured value, where it is known
     """
     gaps = {}
     for name in (name for name in measured if name in simulated):

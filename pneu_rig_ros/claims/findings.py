@@ -42,7 +42,13 @@ class Finding:
 
 @dataclass(frozen=True)
 class Statement:
-    """A statement of the paper, from number 1, in a sentence; ``measure`` yields findings."""
+    """
+    A statement of the paper.
+
+    :param number: from 1
+    :param text: what the paper says, in a sentence
+    :param measure: carries out the experiments and yields the findings
+    """
 
     number: int
     text: str

@@ -58,7 +58,13 @@ STEP = 0.05
 
 
 class Neighbour(NamedTuple):
-    """A setting next to one: what is different, and the reading and conditions with that."""
+    """
+    A setting next to one.
+
+    :param name: what is different
+    :param reading: what the paper does not print
+    :param conditions: how the experiments are carried out
+    """
 
     name: str
     reading: Reading

@@ -34,7 +34,7 @@ AS_IS: Any = {'highlight': False, 'markup': False, 'emoji': False}
 
 
 def flag(name: str, help: str) -> Callable[[Any], Any]:
-    """Return what adds a flag that a command leaves to this module."""
+    """Return a decorator that adds a flag, which ``chosen`` reads; the command does not get it."""
 
     def note(context: click.Context, _: click.Parameter, value: bool) -> None:
         context.meta[name] = value

@@ -164,7 +164,7 @@ class Observer:
         return state
 
     def _compare(self, speed: float, rested: bool) -> None:
-        """Decide whether the model restarts; ``rested`` is whether the piston did until now."""
+        """Decide whether the model restarts; ``rested``: the piston did before this sample."""
         came_to_rest = speed < REST_SPEED and not (rested and self.running)
         if self._rest.broke_away:
             self._fastest, self._sliding = speed, 0.0
@@ -214,13 +214,19 @@ class NoiseBand:
         self._classes = (sensors.position_class, sensors.pressure_class, sensors.pressure_class)
 
     def outside(self, left: Measured, measured: Measured, origin: Measured) -> list[bool]:
-        """Return for each signal whether its residual ``left`` is outside, after a restart."""
+        """
+        Return for each signal whether its residual is outside.
+
+        :param left: the residual
+        :param measured: the sample
+        :param origin: what the model was restarted from
+        """
         rows = zip(left, measured, origin, self._noise, self._classes, strict=True)
         return [abs(r) > noise + share * abs(y - y0) for r, y, y0, noise, share in rows]
 
 
 class Watch:
-    """Share of so many last samples in which each signal was outside its noise band."""
+    """Share of the last ``samples`` samples in which each signal was outside its noise band."""
 
     def __init__(self, samples: int) -> None:
         self._outside = np.zeros((samples, len(Measured._fields)), dtype=np.bool_)

@@ -111,8 +111,10 @@ class Diagnosis:
     @property
     def improved(self) -> Hypothesis:
         """The hypothesis with the explanation and the empirical terms."""
-        explanation = self.explanation if self.unknown is None else self.unknown.explanation
-        return explanation.hypothesis
+        explained = self.explanation.hypothesis
+        if self.unknown is None:
+            return explained
+        return replace(self.unknown.explanation, given=explained).hypothesis
 
     @cached_property
     def variation(self) -> Variation:
@@ -190,7 +192,7 @@ def diagnose(
         data = _data(inputs, rng)
     search = _search(inputs, data, rng, without, workers, progress)
     found = search.run() is not None or restated is not None
-    earlier, needs_fit = inputs.system.spreads, restated is not None or search.base.parts
+    earlier, needs_fit = inputs.system.spreads, restated is not None or bool(search.base.parts)
     differing = sufficient_differences(search, earlier) if where and not needs_fit else []
     progress('testing what is left', 0.85)
     unknown = None
@@ -203,8 +205,9 @@ def diagnose(
         progress('finding the errors of the fitted values', 0.93)
         errors = replicate_errors(best.explanation, search.training, rng, workers)
     if not (differing or inputs.single or unknown):
-        runs = search.hypothesis, search.data.single_runs
-        differing = list(run_differences(*runs, search.candidates, workers, earlier).values())
+        runs, candidates = search.data.single_runs, search.candidates
+        found_in = run_differences(search.hypothesis, runs, candidates, workers, earlier)
+        differing = list(found_in.values())
     progress('designing the next experiment', 0.97)
     return Diagnosis(
         system=inputs.system,

@@ -1,8 +1,8 @@
 """
 What compiled code takes: the parameters, derived constants worked out, and the signals.
 
-Lists are arrays, and the parameters of all effects are one. As a tuple of tuples each function of
-the plant would hand on every one of them by value, which took longer to compile than what the
+Lists are arrays, and the effects are one table. As a tuple of tuples each function of the plant
+would hand on every one of their parameters by value, which took longer to compile than what the
 functions do.
 """
 
@@ -38,8 +38,8 @@ class CompiledModel(NamedTuple):
     """
     ``Model`` for compiled code, with the effects of the plant.
 
-    ``friction.element_*`` are arrays of shape (n,), (n - 1,); ``effects`` are those that
-    ``shape.rows`` returns.
+    ``friction.element_*`` are arrays of shape (n,), (n - 1,); ``effects`` has a row for each
+    effect, see ``shape.rows``, shape (m, w).
     """
 
     cylinder: Cylinder

@@ -85,7 +85,10 @@ LEAST_TIME = 1e-3
 LEAST_LEVEL = 0.1
 """Share of the level of friction that remains, however far it drifts [-]."""
 MOST_ROUNDS = 60
-"""Rounds at most; some five are needed, 25 where a flow is nearly shut off by what it makes."""
+"""
+Rounds of false position at most; some five are needed, 25 where a flow is nearly shut off by what
+it makes.
+"""
 
 GAS_BALANCES = (Balance.SPOOL, Balance.SUPPLY, Balance.MASS, Balance.HEAT)
 """What acts on the gas whatever the forces do."""
@@ -124,8 +127,9 @@ def falling_fixed_point(function: Callable[..., float]) -> Callable[..., float]:
     """
     Return the compiled solution x of ``x = function(x, ...)``, where the function falls.
 
-    ``solution(most, accuracy, ...)`` is between 0 and ``most``, the function at 0; by false
-    position (M. Dowell, P. Jarratt, BIT 11 (1971): Illinois).
+    ``solution(most, accuracy, ...)`` is between 0 and ``most``, which is the function at 0, or
+    less where more is not possible; by false position (M. Dowell, P. Jarratt, BIT 11 (1971):
+    Illinois).
     """
 
     @compiled

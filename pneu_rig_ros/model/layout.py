@@ -41,8 +41,8 @@ class Point(NamedTuple):
     :param state: shape (n,)
     :param rate: d(state)/dt, shape (n,)
     :param arrow: Jacobian entries and auxiliary output, shape (ARROW_SIZE,)
-    :param memory: what jumps
-    :param voltages: u1, u2 [V]
+    :param memory: what jumps, shape (ANCHORS + anchors,)
+    :param voltages: u1, u2 [V], shape (2,)
     """
 
     state: Floats

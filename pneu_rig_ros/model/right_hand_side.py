@@ -51,10 +51,11 @@ def collect(effects: Sequence[Effect], first_state: int) -> Contributions:
     :param first_state: index of the first effect state in the state array
     """
     parts: dict[Balance, list[Callable[..., Any]]] = {balance: [] for balance in Balance}
-    states = pairwise(accumulate((len(each.states) for each in effects), initial=first_state))
-    places = enumerate(zip(effects, states, strict=True))
-    for index, (effect, own) in sorted(places, key=lambda place: place[1][0].stage):
-        parts[effect.balance].append(_added(effect, index, *own))
+    ends = accumulate((len(effect.states) for effect in effects), initial=first_state)
+    states = list(pairwise(ends))
+    for index in sorted(range(len(effects)), key=lambda i: effects[i].stage):
+        effect = effects[index]
+        parts[effect.balance].append(_added(effect, index, *states[index]))
     return {balance: _sum(balance, own) for balance, own in parts.items()}
 
 

@@ -77,7 +77,7 @@ def build_step(right_hand_side: RightHandSide) -> Callable[..., None]:
     Return the compiled step for a right-hand side.
 
     ``step(t, h, carry, model)`` writes state, rate and Jacobian at t + h into ``carry.end`` and
-    the local error estimate into ``carry.work[4]``.
+    the local error estimate into ``carry.work[4]``; ``carry.work[:4]`` is scratch.
     """
 
     @inner

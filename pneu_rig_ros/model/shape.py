@@ -3,6 +3,9 @@ Free shapes: an effect of another functional form, as a factor that varies over 
 
 The factor multiplies what the effect contributes. It is linear between knots and constant beyond
 them. Over a variable of a chamber each of the two contributions has the factor of its own.
+
+:func:`rows` makes the table of all effects that compiled code reads: whether each acts, its shape,
+its parameters.
 """
 
 from collections.abc import Iterable, Mapping

@@ -104,12 +104,13 @@ def hold_name(name: str) -> socket.socket | None:
 
     The name is the address of a socket in Linux's abstract namespace (unix(7)): no file is left
     behind, the kernel releases it however the process ends, and containers with a network of their
-    own, which DDS does not reach either, do not share it. Outside Linux nothing is held.
+    own, which DDS does not reach either, do not share it. Outside Linux any name counts as free.
     """
+    if sys.platform != 'linux':
+        return socket.socket()
     holder = socket.socket(socket.AF_UNIX, socket.SOCK_DGRAM)
     try:
-        if sys.platform == 'linux':
-            holder.bind(LOCK_PREFIX + hashlib.sha256(name.encode()).hexdigest())
+        holder.bind(LOCK_PREFIX + hashlib.sha256(name.encode()).hexdigest())
     except OSError as error:
         if error.errno == errno.EADDRINUSE:
             holder.close()

@@ -172,10 +172,11 @@ class LiveNode(RigNode):
             what = 'supply: ' if supply else ''
             self._message = f'{what}service {client.srv_name} not available'
             return
-        self._message = ''
         future = client.call_async(request)
         if supply:
             future.add_done_callback(self._on_supply_pressure)
+        else:
+            self._message = ''
 
     def _on_supply_pressure(self, future: Future) -> None:
         response = future.result()

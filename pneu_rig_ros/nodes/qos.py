@@ -18,7 +18,12 @@ from pneu_rig_ros.records.topics import Topic
 
 
 def qos_profile(topic: Topic, depth: int = 0, reliable: bool = True) -> QoSProfile:
-    """Return the profile of a topic; depth 0: that of the publishers [messages]."""
+    """
+    Return the profile of a topic: volatile, or transient local if the topic is.
+
+    :param depth: of a subscription [messages]; 0: that of the publishers
+    :param reliable: False for publishers that are best effort
+    """
     kept = topic.transient_local
     return QoSProfile(
         depth=1 if kept else depth or topic.depth,
@@ -42,7 +47,11 @@ class QosMonitor:
     def subscription_callbacks(
         self, topic: Topic, accept_best_effort: Callable[[], None]
     ) -> SubscriptionEventCallbacks:
-        """Return the callbacks of a new subscription, also for best-effort publishers."""
+        """
+        Return the event callbacks of a new subscription.
+
+        :param accept_best_effort: called when there is a best-effort publisher
+        """
         requested = qos_profile(topic, reliable=False)
         name = self._node.resolve_topic_name(topic.name)
         text = f'a publisher of {name} offers incompatible QoS: its messages are not received'

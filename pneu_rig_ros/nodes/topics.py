@@ -1,4 +1,4 @@
-"""Publishers and polled subscriptions for the topics of the rig, lost messages."""
+"""Publishers and polled subscriptions for the topics of the rig, without message loss."""
 
 import time
 from collections import deque

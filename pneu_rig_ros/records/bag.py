@@ -90,7 +90,7 @@ class Bag:
 
 
 def folder_of(path: Path) -> Path | None:
-    """Return the directory of a bag from its path or one in it; None for a table, a ROS 1 bag."""
+    """Return the directory of a bag from its path or a file in it; None for table, ROS 1 bag."""
     if path.is_dir():
         return path
     return path.parent if path.suffix in ('.mcap', '.db3') or path.name == METADATA else None

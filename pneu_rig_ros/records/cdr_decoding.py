@@ -95,7 +95,7 @@ class Reader:
 
 
 def _decoder(read: Callable[[Reader], _Value]) -> Callable[[bytes | Reader], _Value]:
-    """Return a decoder of CDR, or of a reader that has it; RigError for what is not its type."""
+    """Return a decoder of CDR or of a `Reader` of it; it raises RigError for another type."""
 
     @wraps(read)
     def decode(message: bytes | Reader) -> _Value:

@@ -125,7 +125,7 @@ def _interpolated(
 
 
 def _near(wanted: Floats, time: Floats, interval: float) -> Flags:
-    """Return which times have samples at the usual distance around, or one within half of it."""
+    """Return which times lie between near samples, or within half an interval of one."""
     after = np.clip(np.searchsorted(time, wanted), 1, time.size - 1)
     before, ahead = time[after - 1], time[after]
     usual = ahead - before < 1.5 * interval

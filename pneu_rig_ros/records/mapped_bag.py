@@ -92,7 +92,7 @@ def read_mapped_bag(path: Path, mapping: TableMapping | None, zero: float) -> Co
 
 
 def _check_ros1_chunks(path: Path, offsets: Iterable[int]) -> None:
-    """Raise RigError for a chunk of a ROS 1 bag [byte] that has not the size that it claims."""
+    """Raise RigError unless the chunks of a ROS 1 bag, by offset [byte], have the stated size."""
     with path.open('rb') as stream:
         for offset in offsets:
             stream.seek(offset)

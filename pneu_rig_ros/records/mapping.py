@@ -241,7 +241,7 @@ def _layout(data: dict[str, Any], origin: str) -> Layout:
             raise RigError(f'{origin}: {key} {value!r}, {allowed}')
     if 'separator' in given:
         given['separator'] = SEPARATORS[given['separator']]
-    if given.get('decimal') == ',' == given.get('separator'):
+    if given.get('decimal') == ',' and given.get('separator') == ',':
         raise RigError(f'{origin}: a comma cannot be both separator and decimal sign')
     if not isinstance(given.get('header'), bool):
         given['header'] = None

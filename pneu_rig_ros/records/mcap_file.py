@@ -141,7 +141,12 @@ def _content(stream: BinaryIO, chunk: ChunkIndex) -> bytes:
 
 
 def decompress(data: bytes, compression: str, size: int) -> bytes:
-    """Return the data, decompressed; RigError unless they then have a size [byte]."""
+    """
+    Return decompressed data, of which no more than ``LARGEST_CHUNK`` are decompressed.
+
+    :param size: that they are stated to have [byte]
+    :raises RigError: when they have another one, or the compression is unknown
+    """
     limit = min(size, LARGEST_CHUNK) + 1
     if compression in _DECOMPRESSORS:
         data = _at_most(_DECOMPRESSORS[compression], data, limit)

@@ -226,7 +226,7 @@ def _with_point(texts: Sequence[str], decimal: str) -> Sequence[str]:
 
 
 def _cast(column: ChunkedArray, decimal: str) -> Floats | None:
-    """Return the same of a column that has plain numbers only, None of any other."""
+    """Return the numbers of a column, None unless every cell is a plain number."""
     import pyarrow
     from pyarrow import compute
 

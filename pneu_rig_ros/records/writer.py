@@ -111,7 +111,11 @@ class BagWriter:
             self._file.append(MAGIC + encode(Header(Profile.ROS2, 'pneu_rig_ros')))
 
     def add_topic(self, topic: str, type_name: str, definition: Definition | None = None) -> int:
-        """Return the number of a topic, which the bag lists even if no message comes."""
+        """
+        Return the number of a topic, which the bag lists even if no message comes.
+
+        :param definition: of the type; that of ROS 2 Jazzy if omitted
+        """
         if topic in self._channels:
             return self._channels[topic].id
         definition = definition or Definition.of(topic, type_name)
@@ -137,8 +141,10 @@ class BagWriter:
 
     def write(self, topic: str, type_name: str, log_time_ns: int, cdr: bytes) -> None:
         """
-        Append one message, in CDR, of a topic by its absolute name.
+        Append one message of a topic by its absolute name.
 
+        :param type_name: e.g. 'sensor_msgs/msg/JointState'
+        :param cdr: encapsulation header included
         :param log_time_ns: when it arrived [ns]
         :raises RigError: when the disk is full or the type unknown
         """

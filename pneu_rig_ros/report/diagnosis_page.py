@@ -94,7 +94,7 @@ def improved_of(diagnosis: Diagnosis) -> Hypothesis | None:
 
 
 def _figures(diagnosis: Diagnosis, answer: rows.Answer) -> dict[str, Draw]:
-    """Return what each figure shows, and of what -> draws it."""
+    """Return name of each figure -> function that draws it."""
     improved, first = improved_of(diagnosis), diagnosis.training.comparisons[0].run
     figures = _latent_figures(diagnosis, answer, improved)
     figures |= {f'form {one["name"]}': partial(draw_shape, one) for one in answer['effects']}
@@ -109,7 +109,7 @@ def _figures(diagnosis: Diagnosis, answer: rows.Answer) -> dict[str, Draw]:
 def _latent_figures(
     diagnosis: Diagnosis, answer: rows.Answer, improved: Hypothesis | None
 ) -> dict[str, Draw]:
-    """Return the same of what the given and the improved model leave open in each balance."""
+    """Return the figures of the latent inputs under the given and the improved model."""
 
     @cache
     def tracks(left: bool) -> dict[str, list[Track]]:

@@ -100,8 +100,10 @@ def draw_latent(
     widths = (2.3, 1.0) if sides else (1.0,)
     left, *right = figure.subfigures(1, len(widths), squeeze=False, width_ratios=widths)[0]
     panels = left.subplots(len(shown), 1, sharex=True, squeeze=False)[:, 0]
+    explained = any(track.explained is not None for track in shown)
+    above = 'explanation above the noise' if explained else 'above the noise'
     for axes, track in zip(panels, shown, strict=True):
-        _draw_track(axes, track, scale, spans.get(track.name, ()))
+        _draw_track(axes, track, scale, spans.get(track.name, ()), above)
         shade(axes, stretches_of(track, significant))
     panels[-1].set(xlabel='time [s]', xlim=(0.0, max(track.duration for track in shown)))
     left.supylabel(f'latent input [{unit}]', fontsize=9)
@@ -174,8 +176,12 @@ def half_height(track: Track) -> float:
     return 1.15 * highest
 
 
-def _draw_track(axes: Axes, track: Track, scale: float, spans: Spans) -> None:
-    """Draw the latent input of a recording over time, its band broken where no window is."""
+def _draw_track(axes: Axes, track: Track, scale: float, spans: Spans, above: str) -> None:
+    """
+    Draw the latent input of a recording over time, its band broken where no window is.
+
+    :param above: what the spans are called
+    """
     axes.axhline(0.0, color=GREY, linewidth=0.7)
     if (latent := track.latent) is not None:
         mean, half = scale * latent.mean, 2.0 * scale * latent.deviation
@@ -185,7 +191,6 @@ def _draw_track(axes: Axes, track: Track, scale: float, spans: Spans) -> None:
         if track.explained is not None:
             explained = scale * latent.levelled(latent.average @ track.explained)
             axes.plot(*broken(latent.time, explained), label='explanation', **EXPLAINED)
-    above = 'above the noise' if track.explained is None else 'explanation above the noise'
     for begin, end in spans:
         axes.axvspan(begin, end, BAR_FROM, label=above, **BAR)
     if (breaks := track.breakaways) is not None:

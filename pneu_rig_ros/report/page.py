@@ -34,8 +34,8 @@ def write(
     Write a page.
 
     :param template: file in the folder of this module, which extends ``page.html``
-    :param figures: name -> draws it; the template gets the data URI of each by its name as
-        ``pictures``, None where there is nothing to be seen
+    :param figures: name -> function that draws it; the template gets the data URI of each by its
+        name as ``pictures``, None where there is nothing to be seen
     :param progress: callback(number of figures drawn)
     :param content: what else the template gets, beside version and revision
     :raises RigError: when the file cannot be written

@@ -132,7 +132,12 @@ def load_configuration(source: str | Path, **overrides: object) -> RigConfigurat
 
 
 def configuration_from_yaml(text: str, origin: str) -> RigConfiguration:
-    """Read a configuration as :func:`load_configuration`, from the text of an origin."""
+    """
+    Read a configuration from text.
+
+    :param origin: what to call the text in an error
+    :raises RigError: as :func:`load_configuration`
+    """
     merged = {**_shared(), **_mapping(text, origin)}
     sections = {
         key: read_section(section, merged.get(key), f'{origin}: {key}')
@@ -214,7 +219,11 @@ def between_recordings(values: Mapping[str, float]) -> dict[str, float]:
 
 
 def read_repeatability(data: object, origin: str) -> dict[str, float]:
-    """Return name -> standard deviation [SI] of a file; RigError for what is none."""
+    """
+    Return name -> standard deviation [SI] of a file.
+
+    :raises RigError: for another name, a wrong unit or a value out of range
+    """
     where = f'{origin}: repeatability'
     given = mapping_of({} if data is None else data, REPEATABILITY, where).items()
     return {str(key): REPEATABILITY[key].parse(text, f'{where}.{key}') for key, text in given}

@@ -67,11 +67,11 @@ class Channel:
 
 def sensor_noise(sensors: Sensors) -> tuple[float, float]:
     """Return the standard deviation of a reading of position [m] and pressure [Pa]: data sheet."""
-    position, pressure, _ = _channels(sensors, (1.0, 1.0, 1.0))
+    position, pressure, _ = make_channels(sensors, (1.0, 1.0, 1.0))
     return math.sqrt(position.variance), math.sqrt(pressure.variance)
 
 
-def _channels(sensors: Sensors, gains: Iterable[float]) -> list[Channel]:
+def make_channels(sensors: Sensors, gains: Iterable[float]) -> list[Channel]:
     """Return the channels of position, p1 and p2."""
     levels = 2.0**sensors.resolution
     position = sensors.position_span, levels, sensors.position_noise
@@ -137,7 +137,7 @@ class SensorSet:
         calibration = np.random.default_rng([seed, 1]).uniform(-1.0, 1.0, 3)
         classes = sensors.position_class, sensors.pressure_class, sensors.pressure_class
         gains = (1.0 + c * u for c, u in zip(classes, calibration, strict=True))
-        self._channels = _channels(sensors, gains)
+        self._channels = make_channels(sensors, gains)
         self.reset()
 
     def reset(self) -> None:

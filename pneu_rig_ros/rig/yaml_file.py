@@ -101,7 +101,8 @@ def parse_yaml(
     Return the plain data of a YAML text, None if it is empty.
 
     :param origin: what to call the text in an error
-    :raises RigError: when it is not YAML, or longer than the largest file or text [character]
+    :raises RigError: when it is not YAML, is longer than ``largest``, or a text in it is longer
+        than ``longest`` [character]
     """
     if len(text) > largest:
         raise RigError(f'{origin}: longer than {largest} characters')

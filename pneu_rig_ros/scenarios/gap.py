@@ -67,7 +67,13 @@ DRAWN = (
 
 @dataclass(frozen=True)
 class HiddenEffect:
-    """An effect, its parameters in terms of the library [SI], the rig without it and with it."""
+    """
+    An effect in a rig.
+
+    :param parameters: of the effect, in terms of the library [SI]
+    :param model: the rig without it, which the diagnosis is given
+    :param truth: the rig with it
+    """
 
     effect: str
     parameters: dict[str, float]
@@ -123,7 +129,13 @@ WATCH = 0.1
 
 
 class Run(NamedTuple):
-    """A run to be recorded: with a rig's file, into a new bag, and a seed of the noise."""
+    """
+    A run to be recorded.
+
+    :param rig: file of the rig
+    :param bag: that is created
+    :param seed: of the noise of the sensors
+    """
 
     experiment: Experiment
     rig: Path
@@ -197,7 +209,12 @@ Gaps = dict[str, SignalGap]
 
 
 class Outcome(NamedTuple):
-    """Result: what diagnosis.json says, and the gaps of the given and of the improved model."""
+    """
+    What comes out.
+
+    :param answer: content of diagnosis.json
+    :param before, after: signal -> its gap with the given and with the improved model
+    """
 
     answer: dict[str, Any]
     before: Gaps

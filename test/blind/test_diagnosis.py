@@ -232,7 +232,7 @@ def test_effect_that_is_not_in_the_library_is_unknown() -> None:
     assert line['cut'] > GAP_CUT
 
 
-@pytest.mark.long  # in short: diagnosis/test_pooled_evidence.py
+@pytest.mark.long  # in short: diagnosis/test_all_windows.py
 def test_load_is_named_by_all_residuals_together() -> None:
     key = 'fresh/68/conditions/load_mass/cylinder_1/32'
     line = carry_out(find(key))

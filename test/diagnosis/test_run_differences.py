@@ -88,8 +88,7 @@ def test_two_others_suffice_where_the_spread_of_earlier_recordings_is_known(
 def test_spread_of_the_level_is_that_of_the_recordings(tmp_path: Path) -> None:
     factors = (0.9, 1.1, 1.0, 0.95, 1.05)
     search = searched(tmp_path, factors)
-    assert search.initial is not None
-    runs = [run for data in search.initial for run in data.single_runs]
+    runs = search.initial.single_runs
     found = variation(search.given, runs, search.pool)
     assert found.spreads == {'friction_level': pytest.approx(np.std(factors, ddof=1), rel=0.25)}
     rows = list(found.rows())
@@ -105,8 +104,7 @@ def test_spread_of_the_level_is_that_of_the_recordings(tmp_path: Path) -> None:
 def test_spread_of_the_supply_is_told_from_that_of_friction(tmp_path: Path) -> None:
     supplies = (0.98, 1.02, 1.01, 1.0, 0.97)
     search = searched(tmp_path, (1.0,) * RUNS, supplies)
-    assert search.initial is not None
-    runs = [run for data in search.initial for run in data.single_runs]
+    runs = search.initial.single_runs
     found = variation(search.given, runs, search.pool)
     assert found.spreads == {'supply_pressure': pytest.approx(np.std(supplies, ddof=1), rel=0.25)}
     for row, supply in zip(found.rows(), supplies, strict=True):

@@ -26,7 +26,6 @@ from pneu_rig_ros.report.diagnosis_page import spans_of
 from pneu_rig_ros.report.improvement_figures import GIVEN, IMPROVED, MEASURED, runs_of
 from pneu_rig_ros.report.latent_figures import Track, broken, draw_latent, tracks_of
 
-"""The module: in its package the name is that of the command."""
 HOSTILE = (
     '<script>alert(1)<∕script>',
     'x\x1b[2J\x1b]0;owned\x07',

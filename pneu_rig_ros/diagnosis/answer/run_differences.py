@@ -279,6 +279,10 @@ def value_in(quantity: Candidate, hypothesis: Hypothesis) -> float:
 
 
 def scale_at(quantity: Candidate, value: float = 1.0) -> float:
-    """Return by how much a quantity changes with its internal value, at some value [unit]."""
+    """
+    Return by how much a quantity changes with its internal value, at some value [unit].
+
+    Without one it is the unit of the internal value: 1 for a ratio, to the first order.
+    """
     (c,) = quantity.coordinates
     return value if c.logarithmic else c.scale

@@ -130,7 +130,7 @@ class Candidate:
         return self.name.startswith(CONDITIONS)
 
     def keeping(self, keep: Sequence[int]) -> Candidate:
-        """Return the candidate with some of its coordinates, the others as without it."""
+        """Return the candidate with the coordinates of some indices, the others as without it."""
 
         def kept(row: Sequence[Any]) -> tuple[Any, ...]:
             return tuple(row[i] for i in keep)

@@ -143,7 +143,11 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
 
 
 def _noise(recording: Recording, sensors: Sensors | None, zero: float) -> Noise:
-    """Return the noise that the signals show, at least that of the data sheet."""
+    """
+    Return the noise that the signals show, at least that of the data sheet.
+
+    :param zero: of the pressure sensors, the pressure of the atmosphere [Pa]
+    """
     least: dict[str, float] = {}
     if sensors is not None:
         position, pressure = sensor_noise(sensors)

@@ -35,18 +35,26 @@ UNITS = {'gas_1': 'kg/s', 'gas_2': 'kg/s', 'force': 'N'}
 STOP_UNIT = 'm'
 """Of what the balance of forces has at an end stop, which holds the piston at its place."""
 
-GAS_OVERLAP, FORCE_OVERLAP = 2, 3
-"""Windows that overlap at any instant."""
-GAS, FORCE = (2, 0.1, GAS_OVERLAP), (4, 0.07, FORCE_OVERLAP)
-"""
-Test functions: power of the sine, so that the first or the second derivative vanishes at the ends,
-length [s], as long as the duration of a slip permits, and overlap.
-"""
-STOP = 2, 0.5, 1
-"""
-The same at an end stop: a contact of a few seconds has several, so that they make a cell, and few
-beside those of the sliding piston.
-"""
+
+class WindowForm(NamedTuple):
+    """
+    Form of the test functions of a balance.
+
+    :param power: of the sine, so that the first or the second derivative vanishes at the ends
+    :param length: [s], as long as the duration of a slip permits
+    :param overlap: windows that overlap at any instant
+    """
+
+    power: int
+    length: float
+    overlap: int
+
+
+GAS_WINDOWS = WindowForm(power=2, length=0.1, overlap=2)
+FORCE_WINDOWS = WindowForm(power=4, length=0.07, overlap=3)
+STOP_WINDOWS = WindowForm(power=2, length=0.5, overlap=1)
+"""A contact of a few seconds has several, so that they make a cell, and few beside sliding."""
+
 LEAST_SAMPLES = 20
 """A test function has at least so many intervals."""
 LOAD_WINDOW = 0.012
@@ -97,22 +105,22 @@ class Comparison:
     @cached_property
     def gas(self) -> TestFunctions:
         """Windows of the gas balances."""
-        return self._windows(*GAS)
+        return self._windows(GAS_WINDOWS)
 
     @cached_property
     def motion(self) -> TestFunctions:
         """Windows of the balance of forces."""
-        return self._windows(*FORCE)
+        return self._windows(FORCE_WINDOWS)
 
     @cached_property
     def stops(self) -> TestFunctions:
         """Windows of the readings at an end stop."""
-        return self._windows(*STOP)
+        return self._windows(STOP_WINDOWS)
 
-    def _windows(self, power: int, length: float, overlap: int) -> TestFunctions:
-        size = max(round(length / self.run.interval), LEAST_SAMPLES)
-        hop = max(round(size / overlap), 1)
-        return TestFunctions.of(power, size, hop, self.run.size - 1, self.run.interval)
+    def _windows(self, form: WindowForm) -> TestFunctions:
+        size = max(round(form.length / self.run.interval), LEAST_SAMPLES)
+        hop = max(round(size / form.overlap), 1)
+        return TestFunctions.of(form.power, size, hop, self.run.size - 1, self.run.interval)
 
     @cached_property
     def breakaways(self) -> NDArray[np.intp]:

@@ -75,7 +75,12 @@ class NoiseModel(NamedTuple):
 def noise_model(
     hypothesis: Hypothesis, comparison: Comparison, rng: Generator, copies: int = COPIES
 ) -> NoiseModel:
-    """Return the noise of the residuals of a run if the hypothesis is true, see ``COPIES``."""
+    """
+    Return the noise of the residuals of a run if the hypothesis is true.
+
+    :param rng: of the simulated readings
+    :param copies: how many of these, see ``COPIES``
+    """
     errors = reading_errors(hypothesis, comparison, rng, copies)
     residuals, inertia = comparison.evaluate(hypothesis)
     gas_1, gas_2 = (
@@ -89,7 +94,12 @@ def noise_model(
 def gas_noise(
     hypothesis: Hypothesis, comparison: Comparison, errors: Floats, residual: Floats, chamber: int
 ) -> Whitener:
-    """Return the noise of the balance of a chamber."""
+    """
+    Return the noise of the balance of a chamber.
+
+    :param errors: of the residuals of simulated readings [kg/s], shape (copies, m)
+    :param residual: [kg/s], shape (m,)
+    """
     run, gas, name = comparison.run, comparison.gas, f'gas_{chamber}'
     kept = gas.inside(run.pressure_valid(chamber) & run.position_valid)
     kept &= np.isfinite(residual) & (name in run.balances)
@@ -106,7 +116,13 @@ def force_noise(
     residual: Floats,
     inertia: Floats,
 ) -> Whitener:
-    """Return the noise of the balance of forces of the sliding piston."""
+    """
+    Return the noise of the balance of forces of the sliding piston.
+
+    :param errors: of the residuals of simulated readings [N], shape (copies, m)
+    :param residual: [N], shape (m,)
+    :param inertia: mean accelerated mass of each window [kg], shape (m,)
+    """
     run, motion = comparison.run, comparison.motion
     kept = motion.inside(run.sliding & run.position_valid & ~run.vacuum)
     kept &= np.isfinite(residual) & ('force' in run.balances)

@@ -51,7 +51,9 @@ CONVERGED = 0.01
 NUISANCES = {
     FORCE_OFFSET: Quantity('N', 1e-3, 1e6, 'zero of the force of a bench'),
     CLOCK_OFFSET: Quantity('s', 1e-4, 10.0, 'delay of the pressures'),
-    INITIAL_TEMPERATURE: Quantity('K', 0.1, 100.0, 'of the gas at the start less the walls'),
+    INITIAL_TEMPERATURE: Quantity(
+        'K', 0.1, 100.0, 'of the gas at the start less that of the walls'
+    ),
 }
 """Errors that are constant in a recording, by their standard deviations."""
 USUAL = {
@@ -103,8 +105,8 @@ class RunNuisances:
     limit: Floats
 
     @classmethod
-    def before(cls, hypothesis: Hypothesis, run: Run) -> RunNuisances:
-        """Return the values for which a run is corrected so far, known as well as any."""
+    def initial(cls, hypothesis: Hypothesis, run: Run) -> RunNuisances:
+        """Return the values for which a run is corrected so far, with deviations of the prior."""
         supply = hypothesis.model.gas.supply_temperature
         values = np.array([run.delay, *initial_temperatures(hypothesis, run)])
         scale = np.array([run.clock_offset, *(run.temperature_offset,) * 2])
@@ -133,7 +135,7 @@ class RunNuisances:
 def clock_column(hypothesis: Hypothesis, comparison: Comparison) -> Residuals:
     """Return the change of each residual by one standard deviation of the delay, (m, 1) each."""
     run = comparison.run
-    step = HALF_STEP * run.clock_offset
+    step = HALF_STEP * run.clock_offset  # late less early is one standard deviation
     if step <= 0.0:
         return comparison.zeros(1)
     early, late = (
@@ -190,7 +192,7 @@ def estimate_nuisances(
 
     :param noise: without them
     """
-    estimate = RunNuisances.before(hypothesis, comparison.run)
+    estimate = RunNuisances.initial(hypothesis, comparison.run)
     for _ in range(GAUSS_NEWTON_STEPS):
         scaled = estimate.scaled
         corrected = Comparison(estimate.correct(comparison.run))

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.measured.run import Run
-from pneu_rig_ros.diagnosis.residuals.balances import FORCE_OVERLAP, Comparison, Residuals
+from pneu_rig_ros.diagnosis.residuals.balances import FORCE_WINDOWS, Comparison, Residuals
 from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, noise_model
 from pneu_rig_ros.diagnosis.residuals.threads import map_runs
 from pneu_rig_ros.diagnosis.residuals.weak_form import at_samples
@@ -39,8 +39,9 @@ class Inflation(NamedTuple):
     """
     How the residuals of a true model differ from their computed noise.
 
-    :param factors: on the standard deviation [-], of the force for each class of speed
-    :param bias: mean of the force residuals for each class of speed and direction [N]
+    :param factors: on the standard deviation [-], shape (1,) each, of the force (SPEED_CLASSES,)
+    :param bias: mean of the force residuals for each class of speed and direction [N], shape
+        (2 SPEED_CLASSES,)
     :param shift: the same, shrunk by as much as it is uncertain [N]
     """
 
@@ -186,7 +187,7 @@ def shrunk_mean(residuals: Floats) -> float:
     positive part.
     """
     mean = float(residuals.mean())
-    variance = float(residuals.var()) * FORCE_OVERLAP / residuals.size
+    variance = float(residuals.var()) * FORCE_WINDOWS.overlap / residuals.size
     return mean * max(1.0 - variance / mean**2, 0.0) if mean != 0.0 else 0.0
 
 

@@ -44,7 +44,11 @@ def free_runs_are_off(search: Growth) -> bool:
 
 
 def preferred_by_free_runs(search: Growth, best: ScoredFit) -> ScoredFit:
-    """Return what free runs prefer of the best explanation and others that leave as little."""
+    """
+    Return what free runs prefer of the best explanation and others that leave as little.
+
+    Their fits to free runs become the ranking of the search; its data stay as they are.
+    """
     data = search.data
     search.data = data.without_cycles
     first = best_of_each(search.fit_all(_alternatives(search, best), FIRST_ROUNDS))

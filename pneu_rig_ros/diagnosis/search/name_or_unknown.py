@@ -29,7 +29,8 @@ class Contest(NamedTuple):
     A name beside a description, on the held-out data.
 
     :param left: share of the excess that the name leaves, with the noise under the given model [-]
-    :param reported: the same with the noise that the data have if it is true, 0 of noise [-]
+    :param reported: the same with the noise that the data have if it is true [-]; 0 if
+        that is noise
     :param described: what the description leaves, as ``left`` [-]
     :param likelier: whether the description is, decisively
     :param as_simple: whether it has no more fitted values than the name

@@ -9,7 +9,7 @@ between knots; its values are fitted like any cause, to the residuals alone.
 import itertools
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
-from typing import cast
+from typing import NamedTuple, cast
 
 import numpy as np
 
@@ -31,40 +31,53 @@ FITTED = 3
 """Profiles that are fitted, of those that explain most by linear regression."""
 LARGEST = 1e3
 """Value of a profile at most [unit of its terms]."""
+
+
+class Mechanism(NamedTuple):
+    """
+    What a mechanism of the library is as a profile.
+
+    :param carrier: empirical effect that has the profile
+    :param terms: of that effect, each with its size [SI], which the profile multiplies; of several
+        choices each is tried
+    :param variables: over which the profile may be
+    """
+
+    carrier: str
+    terms: Sequence[Mapping[str, float]]
+    variables: Sequence[str]
+
+
+def _friction(*variables: str) -> Mechanism:
+    return Mechanism('empirical_friction', ({'constant': 0.3},), variables)
+
+
 LEAKS = (
     {'gauge_1_1': -1e-6},
     {'gauge_2_2': -1e-6},
     {'gauge_1_1': -1e-6, 'gauge_2_2': -1e-6},
 )
-FRICTION = 'empirical_friction', ({'constant': 0.3},)
-MECHANISMS: dict[str, tuple[str, Sequence[Mapping[str, float]], Sequence[str]]] = {
-    'position_dependent_friction': (*FRICTION, ('position',)),
-    'pressure_dependent_friction': (*FRICTION, ('pressure_1', 'pressure_2', 'difference')),
-    'stribeck': (*FRICTION, ('speed',)),
-    'direction_dependent_friction': (*FRICTION, ('velocity',)),
-    'load_spring': ('empirical_force', ({'constant': 0.5},), ('position',)),
-    'inclination': ('empirical_force', ({'mass': 0.5},), ('position',)),
-    'nonlinear_opening': (
-        'empirical_voltage',
-        ({'constant_1': 0.01, 'constant_2': 0.01},),
-        ('opening',),
+MECHANISMS = {
+    'position_dependent_friction': _friction('position'),
+    'pressure_dependent_friction': _friction('pressure_1', 'pressure_2', 'difference'),
+    'stribeck': _friction('speed'),
+    'direction_dependent_friction': _friction('velocity'),
+    'load_spring': Mechanism('empirical_force', ({'constant': 0.5},), ('position',)),
+    'inclination': Mechanism('empirical_force', ({'mass': 0.5},), ('position',)),
+    'nonlinear_opening': Mechanism(
+        'empirical_voltage', ({'constant_1': 0.01, 'constant_2': 0.01},), ('opening',)
     ),
-    'chamber_leak': ('empirical_flow', LEAKS, ('pressure',)),
-    'cross_piston_leak': (
-        'empirical_flow',
-        ({'difference_1': -1e-6, 'difference_2': 1e-6},),
-        ('difference',),
+    'chamber_leak': Mechanism('empirical_flow', LEAKS, ('pressure',)),
+    'cross_piston_leak': Mechanism(
+        'empirical_flow', ({'difference_1': -1e-6, 'difference_2': 1e-6},), ('difference',)
     ),
-    'wall_heat_transfer': (
+    'wall_heat_transfer': Mechanism(
         'empirical_heat',
         ({'cold_1_1': 1.0, 'cold_2_2': 1.0},),
         ('temperature', 'pressure', 'position'),
     ),
 }
-"""
-Effect of the library -> empirical effect that carries its profile, the terms of that which are
-multiplied by it, each with its size [SI], and the variables.
-"""
+"""Effect of the library -> its profile."""
 NOT_NEGATIVE = 'empirical_flow', 'empirical_heat'
 """Carriers of which no profile is negative."""
 
@@ -74,7 +87,7 @@ class Profile(Candidate):
     """
     A mechanism as a profile; its coordinates are the values at the knots.
 
-    :param carrier, terms: see ``MECHANISMS``
+    :param carrier, terms: see :class:`Mechanism`
     :param over: the variable
     :param at: its knots, increasing [unit of the variable], shape (n,)
     """

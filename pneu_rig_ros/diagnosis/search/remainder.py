@@ -35,7 +35,7 @@ from pneu_rig_ros.diagnosis.search.scoring import (
 )
 from pneu_rig_ros.diagnosis.search.screening import Screened
 
-# the reasons are in docs/diagnose.md, "The numbers that decide"
+# the reasons are in docs/diagnose.md: "The numbers that decide", "Weak nuisances and ..."
 CYCLES_EXPLAINED = 0.1
 """Share of the excess of the cycles below which no further cause is searched [-]."""
 WEAK, WEAK_CYCLES = 1.5, 2.0

@@ -24,7 +24,7 @@ from pneu_rig_ros.diagnosis.residuals.localisation import NOISE_ERROR, significa
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
 from pneu_rig_ros.diagnosis.search.fitting import Fit
 
-# the reasons are in docs/diagnose.md, "The numbers that decide"
+# the reasons are in docs/diagnose.md: "The numbers that decide", "Weak nuisances and ..."
 STANDARD_ERRORS = 2.0
 """Two explanations whose difference is smaller are indistinguishable."""
 DECISIVE = 10.0
@@ -183,7 +183,7 @@ class Grown(NamedTuple):
         return preferred(self.fits)
 
     @property
-    def improves(self) -> bool:
+    def is_better(self) -> bool:
         """Whether there are any, the preferred one better than without the cause."""
         return bool(self.fits) and improves(self.chosen, self.before)
 

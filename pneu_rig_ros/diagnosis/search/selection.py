@@ -77,7 +77,7 @@ class Search(Growth):
         Find causes one by one until nothing is left, none improves, or there are enough.
 
         :param beam: explanations that grow
-        :param first: causes of the next explanations
+        :param first: number of causes of the explanations that are fitted first
         """
         for size in range(first, MOST_CAUSES + 1):
             if not self._needs_a_cause():
@@ -88,7 +88,7 @@ class Search(Growth):
                     return
             self.weak = self.is_weak()
             grown = self._grown_with_cycles(beam, size)
-            if not (grown.improves and self.beyond_chance(grown)):
+            if not (grown.is_better and self.beyond_chance(grown)):
                 return
             chosen, accepted = grown.chosen, self._accept(grown, size)
             if accepted is None:
@@ -104,7 +104,7 @@ class Search(Growth):
     def _take_a_faint_cause(self) -> None:
         """Accept a first cause that no cell shows if all windows together do."""
         grown = self.grown_by_all_windows()
-        if grown.improves and self.beyond_chance(grown) and self._accept(grown, 1):
+        if grown.is_better and self.beyond_chance(grown) and self._accept(grown, 1):
             self.ranking += grown.fits
         else:
             self.screened = []  # none of them is a candidate where nothing is missing
@@ -180,14 +180,14 @@ class Search(Growth):
         the data, and then the next candidates.
         """
         grown = self.grown(beam, size)
-        if not grown.improves:
+        if not grown.is_better:
             grown = self.with_other_forms(grown)
-        may_simulate = not grown.improves and self.can_simulate()
+        may_simulate = not grown.is_better and self.can_simulate()
         # for a further cause only where cycles show something of which residuals have no trace
         if may_simulate and (size == 1 or self.cycles_differ()):
             self.add_cycles()
             grown = self.grown(beam, size)
-        if size == 1 and len(self.screened) > MOST_FITTED and not grown.improves:
+        if size == 1 and len(self.screened) > MOST_FITTED and not grown.is_better:
             grown = self.grown(beam, size, MOST_FITTED)
         return grown
 
@@ -207,8 +207,8 @@ class Search(Growth):
         another_form = size == 2 and isinstance(accepted.explanation.parts[-1], Family)
         enough = (size == 1 or another_form) and not self.training.runs_freely
         enough = enough or closes_the_gap(self.held_out, smaller, accepted)
-        alone = not self.weak or explains_alone(accepted, smaller, data.training, self.data)
-        if enough and alone:
+        searched = data.training
+        if enough and (not self.weak or explains_alone(accepted, smaller, searched, self.data)):
             return accepted
         further = None
         if size < MOST_CAUSES and not (enough or self.weak):
@@ -222,7 +222,7 @@ class Search(Growth):
     ) -> ScoredFit | None:
         """Return an explanation with a further cause if its last two close the gap, else None."""
         grown = self.grown(beam, size)
-        if not grown.improves:
+        if not grown.is_better:
             return None
         both = self._renewed(grown.chosen)
         if not closes_the_gap(self.held_out, smaller, both, causes=2):

@@ -31,13 +31,15 @@ def load(name: str, where: str = 'effects') -> Effect:
     Return the effect of that name.
 
     :param where: what an error begins with
-    :raises RigError: when there is none, with the allowed names
+    :raises RigError: when there is none, with the allowed names, or its file declares none
     """
     if name not in names():
         raise RigError(f'{where}: {unknown(name, names())}')
     if name in EMPIRICAL:
         return EMPIRICAL[name]
-    effect: Effect = importlib.import_module(f'{__name__}.{name}').contribution
+    effect = getattr(importlib.import_module(f'{__name__}.{name}'), 'contribution', None)
+    if not isinstance(effect, Effect):
+        raise RigError(f'{where}: {name}.py has no contribution that @Effect(...) decorates')
     return effect
 
 

@@ -55,7 +55,7 @@ def share_let_through(
     return mass_flow(voltage, behind, supply, model.valve, model.gas) / whole
 
 
-share_that_flows = falling_fixed_point(share_let_through)
+solve_share = falling_fixed_point(share_let_through)
 
 
 @compiled
@@ -71,7 +71,7 @@ def lack(
     whole = mass_flow(voltage, pressure, supply, model.valve, model.gas)
     if whole == 0.0:
         return 0.0
-    share = share_that_flows(1.0, ACCURACY, whole, voltage, pressure, supply, model, line)
+    share = solve_share(1.0, ACCURACY, whole, voltage, pressure, supply, model, line)
     return (share - 1.0) * whole
 
 

@@ -45,7 +45,7 @@ def fall(droop: float, signals: Signals, model: CompiledModel, line: Parameters)
     return line.resistance * TYPICAL_FLOW * math.pow(share, line.exponent)
 
 
-droop_that_falls = falling_fixed_point(fall)
+solve_droop = falling_fixed_point(fall)
 
 
 @Effect(
@@ -71,5 +71,5 @@ def contribution(signals: Signals, model: CompiledModel, parameters: Parameters)
     """
     supply = signals.ports.supply_1
     most = min(fall(0.0, signals, model, parameters), supply)
-    droop = droop_that_falls(most, ACCURACY * supply, signals, model, parameters)
+    droop = solve_droop(most, ACCURACY * supply, signals, model, parameters)
     return -droop, -droop

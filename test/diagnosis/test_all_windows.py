@@ -49,7 +49,7 @@ def heavier(tmp_path_factory: pytest.TempPathFactory) -> Search:
 
 def test_all_windows_together_show_another_load(heavier: Search) -> None:
     grown = heavier.grown_by_all_windows()
-    assert grown.improves
+    assert grown.is_better
     assert heavier.beyond_chance(grown)
     best = grown.chosen
     assert best.explanation.name == LOAD
@@ -60,7 +60,7 @@ def test_all_windows_together_show_another_load(heavier: Search) -> None:
 def test_of_a_true_model_they_show_nothing(tmp_path: Path) -> None:
     search = search_of(tmp_path, 1.0)
     grown = search.grown_by_all_windows()
-    assert not (grown.improves and search.beyond_chance(grown))
+    assert not (grown.is_better and search.beyond_chance(grown))
 
 
 @pytest.mark.long
