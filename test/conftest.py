@@ -62,7 +62,7 @@ def pytest_configure(config: pytest.Config) -> None:
         draw_other_noise(number)
 
 
-LIVE, LIVE_AND_SLOW, SECOND_PLANT, SLOW, REST = range(5)
+LIVE, SECOND_PLANT, SLOW, REST = range(4)
 """When a test begins."""
 
 
@@ -80,7 +80,7 @@ def pytest_collection_modifyitems(items: list[pytest.Item]) -> None:
     slow = [item for item in items if _rank(item) == SLOW and 'plants' in _fixtures(item)]
     for item in slow[:1]:  # which compiles what others wait for
         items.remove(item)
-        items.insert(sum(_rank(each) <= LIVE_AND_SLOW for each in items), item)
+        items.insert(sum(_rank(each) == LIVE for each in items), item)
 
 
 def _fixtures(item: pytest.Item) -> Sequence[str]:
@@ -92,12 +92,11 @@ def _rank(item: pytest.Item) -> int:
     Return when a test begins: of those that are not long the slow ones first.
 
     While the first slow test compiles the plants of the package, those of the second plant
-    compile that. Live tests that diagnose come last of the live ones: the plants are there by
-    then.
+    compile that.
     """
     live, slow, long = (bool(item.get_closest_marker(m)) for m in ('live', 'timeout', 'long'))
     if live:
-        return LIVE_AND_SLOW if slow else LIVE
+        return LIVE
     if slow and not long:
         return SLOW
     return SECOND_PLANT if 'blind' in item.path.parts else REST

@@ -35,7 +35,6 @@ from .test_demo import children, gone, recording
 
 @pytest.mark.live
 @pytest.mark.long
-@pytest.mark.timeout(900)  # a diagnosis, on a machine that may be busy
 def test_hidden_effect_comes_out_and_the_gap_closes(terminal: Terminal) -> None:
     words = ('gap', '--seed', 7, '--effect', 'inclination', '--out', 'gap')
     with terminal.start(*words) as process:
