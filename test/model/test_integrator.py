@@ -8,7 +8,6 @@ import pytest
 
 from benchmarks import peers
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model import rosenbrock
 from pneu_rig_ros.model.parameters import (
     FADES_WHILE_SLIDING,
@@ -18,7 +17,16 @@ from pneu_rig_ros.model.parameters import (
 )
 from pneu_rig_ros.model.plant import Plant
 
-from .rigs import CAPTION_COMMANDS, CYLINDERS, INTERVAL, changed, drive, stroke, worst
+from .rigs import (
+    CAPTION_COMMANDS,
+    CYLINDERS,
+    INTERVAL,
+    changed,
+    drive,
+    plant_with,
+    stroke,
+    worst,
+)
 
 SENSOR_RANGE = 1e6
 ANY_ERROR = 1e30
@@ -116,8 +124,7 @@ def test_operation_can_change_under_way() -> None:
 
 
 def test_a_run_that_breaks_down_says_when_and_does_not_go_on_for_ever() -> None:
-    slope = library.load('inclination').parameters(math.nan)
-    plant = Plant(changed('cylinder_1'), {'inclination': slope})
+    plant = plant_with('inclination', math.nan)
     with pytest.raises(RigError, match='simulation failed at t = 0 s: non-finite state'):
         drive(plant, (3.0, 2.0), 2 * INTERVAL)
     with pytest.raises(RigError, match='simulation failed'):
