@@ -65,7 +65,7 @@ def test_import_is_light() -> None:
 
 
 @pytest.mark.parametrize(
-    ('arguments', 'told'),
+    ('arguments', 'complaint'),
     [
         (['simulate', '--u', 'fast'], "'fast' is not a valid number; see: pneu-rig simulate"),
         (['simulate', '--u', '3'], "'--u': 3.0 is not in the range -2.5<=x<=2.5"),
@@ -104,8 +104,10 @@ def test_import_is_light() -> None:
     ],
     ids=lambda value: ' '.join(value) if isinstance(value, list) else '',
 )
-def test_mistake_is_told_in_one_line(terminal: Terminal, arguments: list[str], told: str) -> None:
-    assert told in terminal.refusal(*arguments)
+def test_mistake_is_told_in_one_line(
+    terminal: Terminal, arguments: list[str], complaint: str
+) -> None:
+    assert complaint in terminal.refusal(*arguments)
     assert list(terminal.directory.iterdir()) == []
 
 
@@ -125,11 +127,11 @@ def test_error_of_the_program_has_a_code_of_its_own(
 
 def test_simulate_records_and_summarises(terminal: Terminal) -> None:
     options = ('--cylinder', 'cylinder_1', '--u', 0.3, '--seed', 4, '--png', 'p.png')
-    told = terminal.output('simulate', '--duration', 2, *options)
+    printed = terminal.output('simulate', '--duration', 2, *options)
     (bag,) = Path('runs').iterdir()
     assert bag.name.endswith('_cylinder_1')
-    assert f'bag                {bag}\n' in told
-    assert 'picture            p.png\n' in told
+    assert f'bag                {bag}\n' in printed
+    assert 'picture            p.png\n' in printed
     assert Path('p.png').stat().st_size < 200_000
     record = read_recording(bag)
     assert record.position.size == 1725
@@ -189,8 +191,8 @@ def test_output_stops_quietly_when_its_reader_does(bag: Path, option: str) -> No
 
 
 def test_friction_csv_has_the_offline_estimate(terminal: Terminal, bag: Path) -> None:
-    told = terminal.output('friction', bag, '--csv', 'f.csv', '--png', 'f.png')
-    assert 'peak friction [N]' in told
+    printed = terminal.output('friction', bag, '--csv', 'f.csv', '--png', 'f.png')
+    assert 'peak friction [N]' in printed
     record = read_recording(bag)
     table = np.genfromtxt('f.csv', delimiter=',', names=True)
     assert table.dtype.names == (
@@ -231,10 +233,10 @@ def test_repair_says_what_it_left_out(terminal: Terminal, bag: Path) -> None:
     data = bytearray(file.read_bytes())
     data[data.index(b'cap_dead_volume')] ^= 1
     file.write_bytes(data)
-    told = terminal.output('repair', 'bag')
-    assert '\n1 damaged chunk is omitted\n' in told
-    assert 'configuration' not in told
+    printed = terminal.output('repair', 'bag')
+    assert '\n1 damaged chunk is omitted\n' in printed
+    assert 'configuration' not in printed
     shutil.copy('bag/stroke.mcap.cut', file)
     Path('bag/metadata.yaml').unlink()
-    told = terminal.output('repair', 'bag')
-    assert '\nthe rig configuration was lost with a damaged chunk; friction' in told
+    printed = terminal.output('repair', 'bag')
+    assert '\nthe rig configuration was lost with a damaged chunk; friction' in printed

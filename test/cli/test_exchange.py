@@ -43,12 +43,12 @@ def test_export_of_a_laboratory_becomes_a_bag(terminal: Terminal) -> None:
     done = terminal.output('import', 'daq.csv', *known, '--out', 'runs/measured')
     assert '430 every 1.16 ms, 0.50 s' in done
     assert 'supply_pressure 500000 Pa, load_mass 0.2 kg' in done
-    told = json.loads(terminal.output('info', 'runs/measured', '--json'))
-    assert told['cylinder'] == 'cylinder_2'
-    assert (told['friction_model'], told['seed']) == ('unknown', 'unknown')
+    summary = json.loads(terminal.output('info', 'runs/measured', '--json'))
+    assert summary['cylinder'] == 'cylinder_2'
+    assert (summary['friction_model'], summary['seed']) == ('unknown', 'unknown')
     assert 'cylinder_2, imported from daq.csv' in terminal.output('info', 'runs/measured')
-    assert told['samples'] == 430
-    assert abs(told['travel'] - 0.02e-3 * 429) < 1e-9
+    assert summary['samples'] == 430
+    assert abs(summary['travel'] - 0.02e-3 * 429) < 1e-9
     terminal.output('friction', 'runs/measured', '--json')
 
 
@@ -140,7 +140,7 @@ def test_bag_is_exported_from_within(
 
 
 @pytest.mark.parametrize(
-    ('was', 'instead', 'told'),
+    ('was', 'instead', 'complaint'),
     [
         ('x [mm]", unit: mm', 'x [mm]", unit: m', 'position from 0 to 8.58 m, cylinder_2 allows'),
         (
@@ -153,7 +153,7 @@ def test_bag_is_exported_from_within(
     ],
 )
 def test_wrong_unit_or_column_is_told(
-    terminal: Terminal, was: str, instead: str, told: str
+    terminal: Terminal, was: str, instead: str, complaint: str
 ) -> None:
     prepare(terminal)
     assert was in MAPPING
@@ -162,5 +162,5 @@ def test_wrong_unit_or_column_is_told(
         'import', 'daq.csv', '--map', 'map.yaml', '--cylinder', 'cylinder_2', '--out', 'measured'
     )
     assert (done.code, done.err.count('\n')) == (2, 1)
-    assert told in done.err
+    assert complaint in done.err
     assert not (terminal.directory / 'measured').exists()

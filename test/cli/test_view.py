@@ -31,7 +31,7 @@ def test_part_goes_into_a_file_of_choice_quietly(bag: Path, terminal: Terminal) 
 
 
 @pytest.mark.parametrize(
-    ('arguments', 'told'),
+    ('arguments', 'complaint'),
     [
         (['--from', '5'], 'no samples from 5 s on: the record ends at 2.99976 s'),
         (['--out', 'none/page.html'], 'there is no directory none'),
@@ -40,9 +40,9 @@ def test_part_goes_into_a_file_of_choice_quietly(bag: Path, terminal: Terminal) 
     ],
 )
 def test_what_is_wrong_is_told_in_one_line(
-    bag: Path, terminal: Terminal, arguments: list[str], told: str
+    bag: Path, terminal: Terminal, arguments: list[str], complaint: str
 ) -> None:
-    assert told in terminal.refusal('view', bag, '--out', 'page.html', *arguments)
+    assert complaint in terminal.refusal('view', bag, '--out', 'page.html', *arguments)
     assert list(terminal.directory.iterdir()) == []
 
 

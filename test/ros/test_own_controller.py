@@ -57,5 +57,5 @@ def test_it_takes_the_piston_to_its_target(context, bystander, loop_of, controll
     controller.send_signal(signal.SIGINT)
     _, errors = controller.communicate(timeout=30)
     assert controller.returncode == 0, errors
-    # of an interrupt within a destructor of rclpy, which is not the example's, Python tells
+    # Python also reports an interrupt within a destructor of rclpy, which is not the example's
     assert EXAMPLE.name not in errors, errors
