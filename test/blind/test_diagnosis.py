@@ -120,7 +120,7 @@ def test_growth_with_dwell_is_named_under_another_reading(
     assert line['cut'] > cut
 
 
-@pytest.mark.long  # in short: cli/test_gap.py and diagnosis/test_workflow.py
+@pytest.mark.long  # in short: diagnosis/test_workflow.py
 def test_one_hidden_effect_is_named_and_closes_the_gap() -> None:
     line = carry_out(find('single/wall_heat_transfer/cylinder_1/strong/1'))
     assert scores.named_first(line), line
