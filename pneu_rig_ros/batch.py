@@ -1,4 +1,4 @@
-"""Many plants at once, on all processors, with the bits of each run alone."""
+"""Many plants at once, on all processors, with results bit-identical to single runs."""
 
 from collections.abc import Sequence
 from concurrent.futures import ThreadPoolExecutor
@@ -19,7 +19,7 @@ def run_parallel(
     plants: Sequence[Plant], voltages: Floats, interval: float, threads: int | None = None
 ) -> list[Trajectory]:
     """
-    Continue the run of each plant: the compiled run lets go of Python, so that threads share it.
+    Continue the run of each plant, in threads: the compiled run releases the GIL.
 
     :param plants: n plants, all different
     :param voltages: u1, u2 [V] for all, shape (m, 2), or of each, shape (n, m, 2)

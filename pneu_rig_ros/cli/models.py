@@ -138,7 +138,7 @@ def sweep(
     """
     from pneu_rig_ros import sweep as grid
     from pneu_rig_ros.executor import open_executor
-    from pneu_rig_ros.records.whole_files import atomic_write
+    from pneu_rig_ros.records.atomic_write import atomic_write
 
     # In the order of the help text, not of the command line.
     names = ('u', *(option[2:].replace('-', '_') for option, _, _ in options.CONDITIONS))
@@ -234,7 +234,7 @@ def claims(
     from pneu_rig_ros.claims import experiments, findings
     from pneu_rig_ros.claims.readings import load_reading
     from pneu_rig_ros.claims.statements import STATEMENTS, measure
-    from pneu_rig_ros.records.whole_files import atomic_write
+    from pneu_rig_ros.records.atomic_write import atomic_write
     from pneu_rig_ros.report.claims_page import SHOWS, write_page
 
     laboratory = experiments.Laboratory(load_reading(reading))

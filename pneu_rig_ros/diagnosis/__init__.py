@@ -1,1 +1,1 @@
-"""What a model lacks: where it disagrees with measured runs, why, and a better model."""
+"""Diagnosis of a model: where it disagrees with measured runs, why, and a better model."""

@@ -134,7 +134,7 @@ def _verdicts(diagnosis: Diagnosis) -> dict[str, str]:
     regimes significant, one in twenty of those that are listed may be false.
     """
     significant = {each.balance for each in diagnosis.significant}
-    if diagnosis.verdict in (CONSISTENT, UNKNOWN) or diagnosis.restated is not None:
+    if diagnosis.verdict in (CONSISTENT, UNKNOWN) or diagnosis.misstatement is not None:
         return {n: diagnosis.verdict if n in significant else CONSISTENT for n in BALANCES}
     left = localise(windows_of(diagnosis.training, diagnosis.improved))
     disagrees = significant & {each.balance for each in left}
@@ -228,7 +228,7 @@ def _conditions(diagnosis: Diagnosis, estimates: Estimates) -> list[dict[str, An
     The value is a ratio to what is stated, or a difference from zero.
     """
     rows: list[dict[str, Any]] = []
-    if (other := diagnosis.restated) is not None:
+    if (other := diagnosis.misstatement) is not None:
         row = {'name': other.name, 'stated': other.stated, 'true': other.true}
         rows.append({**row, 'value': None, 'interval': None, 'unit': ''})
     operations = [each.run.operation for each in diagnosis.training.comparisons]
@@ -287,8 +287,8 @@ def _gap(diagnosis: Diagnosis) -> dict[str, Any]:
     before, after = excess(held_out, given), diagnosis.search.excess_beyond_noise(improved)
     if improved == given:  # what remains is not noise: something is missing, and was not found
         after = before
-    if diagnosis.restated is not None:
-        before = diagnosis.restated.excess
+    if diagnosis.misstatement is not None:
+        before = diagnosis.misstatement.excess
     return {
         'of': 'residuals' if held_out.cycles is None else 'cycles',
         'before': before,

@@ -11,7 +11,7 @@ from pneu_rig_ros.diagnosis.answer.verdict import CONDITIONS, CONSISTENT, UNCALI
 from pneu_rig_ros.diagnosis.causes.candidates import CONDITIONS as CONDITIONS_PREFIX
 from pneu_rig_ros.diagnosis.inputs.prepare_runs import TEMPERATURE_DRIFT
 from pneu_rig_ros.diagnosis.residuals.balances import UNITS
-from pneu_rig_ros.diagnosis.search.remainder import FREE_RUN
+from pneu_rig_ros.diagnosis.search.state import FREE_RUN
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
 from pneu_rig_ros.rig.configuration import REPEATABILITY
 

@@ -35,8 +35,8 @@ from pneu_rig_ros.diagnosis.answer.verdict import (
 )
 from pneu_rig_ros.diagnosis.causes.candidate_pool import pool
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
+from pneu_rig_ros.diagnosis.inputs.misstatement import Misstatement, find_misstatement
 from pneu_rig_ros.diagnosis.inputs.read_inputs import Inputs, read_inputs
-from pneu_rig_ros.diagnosis.inputs.restated import Restated, otherwise
 from pneu_rig_ros.diagnosis.inputs.system import System, load_system
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
@@ -45,7 +45,7 @@ from pneu_rig_ros.diagnosis.residuals.localisation import SignificantResidual, l
 from pneu_rig_ros.diagnosis.residuals.windows import Windows, windows_of
 from pneu_rig_ros.diagnosis.search.empirical import Description
 from pneu_rig_ros.diagnosis.search.growth import DISCREPANT
-from pneu_rig_ros.diagnosis.search.name_or_unknown import describe_if_unknown
+from pneu_rig_ros.diagnosis.search.name_or_unknown import name_or_description
 from pneu_rig_ros.diagnosis.search.scoring import Data, ScoredFit, excess
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.executor import Executor, SerialExecutor
@@ -63,7 +63,7 @@ class Diagnosis:
     The result of a diagnosis.
 
     :param system: as given, or as it was found to be
-    :param restated: what was found to be otherwise than stated, None where nothing was
+    :param misstatement: the stated condition that is wrong, None where none is
     :param windows: of the training data under the given hypothesis
     :param where: its significant residuals
     :param best: the accepted explanation, None where nothing is missing
@@ -75,7 +75,7 @@ class Diagnosis:
     """
 
     system: System
-    restated: Restated | None
+    misstatement: Misstatement | None
     search: Search
     windows: Sequence[Windows]
     where: Sequence[SignificantResidual]
@@ -136,10 +136,10 @@ class Diagnosis:
         """
         One of consistent, uncalibrated, conditions, parameter, effect, unknown.
 
-        What was restated as a whole makes nearly all of a gap: whatever is found beside it comes
+        What is misstated as a whole makes nearly all of a gap: whatever is found beside it comes
         second.
         """
-        if self.restated is not None:
+        if self.misstatement is not None:
             return CONDITIONS
         if self.unknown is not None:
             return UNKNOWN
@@ -186,13 +186,13 @@ def diagnose(
     data = _data(inputs, rng)
     windows = windows_of(data.training, inputs.system.hypothesis)
     where: Sequence[SignificantResidual] = localise(windows)
-    restated = _restated(inputs, data)
-    if restated is not None:
-        inputs = replace(inputs, system=restated.system, runs=restated.runs)
+    misstatement = _find_misstatement(inputs, data)
+    if misstatement is not None:
+        inputs = replace(inputs, system=misstatement.system, runs=misstatement.runs)
         data = _data(inputs, rng)
     search = _search(inputs, data, rng, without, workers, progress)
-    found = search.run() is not None or restated is not None
-    earlier, needs_fit = inputs.system.spreads, restated is not None or bool(search.base.parts)
+    found = search.run() is not None or misstatement is not None
+    earlier, needs_fit = inputs.system.spreads, misstatement is not None or bool(search.base.parts)
     differing = sufficient_differences(search, earlier) if where and not needs_fit else []
     progress('testing what is left', 0.85)
     unknown = None
@@ -211,7 +211,7 @@ def diagnose(
     progress('designing the next experiment', 0.97)
     return Diagnosis(
         system=inputs.system,
-        restated=restated,
+        misstatement=misstatement,
         search=search,
         windows=windows,
         where=where,
@@ -236,12 +236,12 @@ def _data(inputs: Inputs, rng: Generator) -> Data:
     return Data(training, held_out)
 
 
-def _restated(inputs: Inputs, data: Data) -> Restated | None:
-    """Return what is not as stated as a whole, None where the data give no reason to look."""
+def _find_misstatement(inputs: Inputs, data: Data) -> Misstatement | None:
+    """Return the wrong statement, None where the data give no reason to look for one."""
     given = inputs.system.hypothesis
     if rms(data.training.whitened(given)) <= DISCREPANT:
         return None
-    found = otherwise(inputs.system, inputs.recordings, inputs.runs, inputs.paths)
+    found = find_misstatement(inputs.system, inputs.recordings, inputs.runs, inputs.paths)
     return found and replace(found, excess=excess(data.held_out, given))
 
 
@@ -269,11 +269,11 @@ def _what_counts(
     search: Search, where: Sequence[SignificantResidual], found: bool, progress: Progress
 ) -> tuple[Sequence[SignificantResidual], Description | None]:
     """Return the residuals that count, and empirical terms for what no cause explains."""
-    remaining = search.strong()
+    remaining = search.strong_residuals()
     if not search.reproduced():
         return where if found else [], None
     shown = where or search.cycle_residuals()
     if not (shown and search.leaves_something(remaining)):
         return where, None
     progress('describing the unknown cause', 0.88)
-    return where, describe_if_unknown(search, shown)
+    return where, name_or_description(search, shown)

@@ -18,6 +18,7 @@ from numpy.typing import NDArray
 from pneu_rig_ros.arrays import Flags
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import read_recording
+from pneu_rig_ros.records.atomic_write import atomic_write, writing
 from pneu_rig_ros.records.cdr_encoding import NANOSECONDS, fill_rows, pack_string, template
 from pneu_rig_ros.records.conditions import (
     FILE_NAME,
@@ -29,7 +30,6 @@ from pneu_rig_ros.records.conditions import (
 from pneu_rig_ros.records.description import bag_metadata, describe, git_revision, package_version
 from pneu_rig_ros.records.recording import SIGNALS, Recording, Stamps
 from pneu_rig_ros.records.topics import STRING
-from pneu_rig_ros.records.whole_files import atomic_write, writing
 from pneu_rig_ros.records.writer import BagWriter, TopicRows
 from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.urdf import robot_description

@@ -22,8 +22,8 @@ import yaml
 from mcap.summary import Summary
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.topics import STREAM_DEPTH, topic_named
-from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.rig import RigConfiguration, configuration_from_yaml
 from pneu_rig_ros.rig.yaml_file import parse_yaml
 

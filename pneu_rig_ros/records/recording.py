@@ -16,8 +16,9 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.reading_noise import noise_of, smallest_step
 from pneu_rig_ros.rig import RigConfiguration
-from pneu_rig_ros.rig.sensors import noise_of, smallest_step
+from pneu_rig_ros.rig.sensors import can_filter
 from pneu_rig_ros.rig.valve_drive import voltages_of
 
 Stamps = NDArray[np.int64]
@@ -263,8 +264,9 @@ def smoothed_velocity(position: Floats, interval: float) -> Floats:
     :param interval: [s]
     """
     slope = np.diff(position, prepend=position[:1]) / interval
-    slow = VELOCITY_CUTOFF * interval >= 0.45
-    return slope if slow else low_pass(slope, interval, VELOCITY_CUTOFF)
+    if not can_filter(VELOCITY_CUTOFF, interval):
+        return slope
+    return low_pass(slope, interval, VELOCITY_CUTOFF)
 
 
 def low_pass(signal: Floats, interval: float, cutoff: float) -> Floats:

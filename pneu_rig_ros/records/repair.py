@@ -16,6 +16,7 @@ from pathlib import Path
 from mcap.summary import Summary
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.atomic_write import writing
 from pneu_rig_ros.records.bag import (
     NOTHING_TO_RECOVER,
     bag_directory,
@@ -26,7 +27,6 @@ from pneu_rig_ros.records.bag import (
 from pneu_rig_ros.records.cdr_decoding import unpack_string
 from pneu_rig_ros.records.description import METADATA, TYPE_HASH, bag_metadata, read_metadata
 from pneu_rig_ros.records.mcap_file import chunk_messages, scan_records
-from pneu_rig_ros.records.whole_files import writing
 from pneu_rig_ros.records.writer import BagWriter, Definition
 
 CUT_SUFFIX = '.cut'

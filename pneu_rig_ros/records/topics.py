@@ -12,14 +12,14 @@ BASE, TUBE = 'base', 'cylinder'
 
 STREAM_DEPTH, DIAGNOSTICS_DEPTH = 5_000, 100
 """
-Queue of a publisher [messages]: what a subscriber that stood still for 5.8 s at 862 Hz is sent.
+Queue of a publisher [messages]: what a subscriber that was suspended for 5.8 s at 862 Hz receives.
 
 A publisher also keeps it for a killed subscriber, until DDS gives that one up after 20 s, and its
 memory never shrinks. 5 000 messages of each of its topics are 28 MB in the plant.
 """
 
 RECORDER_DEPTH = 20_000
-"""Queue of the recorder [messages]: 23 s at 862 Hz in which its disk may stand still."""
+"""Queue of the recorder [messages]: 23 s at 862 Hz in which its disk may not respond."""
 
 EACH_SAMPLE = 'each sample'
 EACH_COMMAND = 'each command'

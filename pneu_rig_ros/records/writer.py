@@ -28,6 +28,7 @@ from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.records.atomic_write import writing
 from pneu_rig_ros.records.cdr_encoding import typestore
 from pneu_rig_ros.records.description import (
     TYPE_HASH,
@@ -35,15 +36,14 @@ from pneu_rig_ros.records.description import (
     offered_qos,
     write_metadata,
 )
-from pneu_rig_ros.records.mcap_file import MAGIC, MESSAGE, scan_chunks
-from pneu_rig_ros.records.recording import Stamps
-from pneu_rig_ros.records.whole_files import (
+from pneu_rig_ros.records.growing_file import (
     GrowingFile,
     deferred_interrupts,
     encode,
     index_bytes,
-    writing,
 )
+from pneu_rig_ros.records.mcap_file import MAGIC, MESSAGE, scan_chunks
+from pneu_rig_ros.records.recording import Stamps
 
 FLUSH_PERIOD = 0.4
 """Longest age of a message that is only in memory [s], as long as messages keep coming."""

@@ -13,7 +13,7 @@ from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import RunData
 from pneu_rig_ros.diagnosis.workflow import Diagnosis
 from pneu_rig_ros.model import effects as library
-from pneu_rig_ros.records.whole_files import atomic_write
+from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.report import diagnosis_rows as rows
 from pneu_rig_ros.report import page
 from pneu_rig_ros.report.dependence import Track

@@ -15,7 +15,7 @@ from pneu_rig_ros.analysis.motion import cycles_of
 from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.errors import printable
 from pneu_rig_ros.records import Recording
-from pneu_rig_ros.records.whole_files import writing
+from pneu_rig_ros.records.atomic_write import writing
 
 BLUE, ORANGE, GREEN, GREY = '#1f5a94', '#d1660b', '#2c8a5a', '#8a8f98'
 BAR = 1e5

@@ -11,8 +11,8 @@ import jinja2
 import matplotlib
 from matplotlib.figure import Figure
 
+from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.description import git_revision
-from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.report.figure import STYLE
 from pneu_rig_ros.web import environment
 

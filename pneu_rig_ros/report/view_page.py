@@ -15,8 +15,8 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.effect import Regime
 from pneu_rig_ros.records import Recording
+from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.description import git_revision
-from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.web import render
 
 MOST_POINTS = 110_000

@@ -1,8 +1,4 @@
-"""
-Sensors of the rig: accuracy class, noise, 12-bit ADC, and the velocity made from positions.
-
-The noise of any reading is estimated from its readings and the resolution of its converter.
-"""
+"""Sensors of the rig: accuracy class, noise, 12-bit ADC, and the velocity made from positions."""
 
 import math
 from collections.abc import Iterable
@@ -10,17 +6,12 @@ from typing import Annotated, NamedTuple
 
 import numpy as np
 
-from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.quantity import Choice, Quantity
 
 RIG, IDEAL = range(2)
 
-KEPT = 0.9
-"""Share of the smallest second differences that count: the others may be motion [-]."""
-TRIMMED = 0.79
-"""Standard deviation of a normal variable without its largest tenth [-]."""
-ROUND_OFF = 1e-9
-"""Steps below this share of a signal's largest value are round-off [-]."""
+LARGEST_CUTOFF = 0.45
+"""Largest cutoff of a low-pass as a share of the sampling rate; half is the Nyquist limit [-]."""
 NEAR_ZERO = 2.0
 """A pressure this close to its sensor's zero may be zero, or any below [standard deviations]."""
 
@@ -85,40 +76,17 @@ def near_zero(pressure: float, zero: float, noise: float) -> bool:
     return abs(pressure - zero) <= NEAR_ZERO * noise
 
 
-def noise_of(signal: Floats) -> float:
-    """Return the standard deviation of a reading [unit], estimated without a data sheet."""
-    return reading_noise(signal, smallest_step(signal) / np.sqrt(12.0))
-
-
-def reading_noise(signal: Floats, configured: float) -> float:
-    """
-    Return the standard deviation of a reading [unit of the signal].
-
-    Second differences of white noise have six times its variance, while those of a smooth signal
-    nearly vanish. A resting signal that stays within one step of its converter shows no noise, so
-    the configured noise is the lower limit.
-
-    :param signal: equally spaced readings, shape (n,); NaN for missing ones
-    :param configured: standard deviation by the data sheet [unit]
-    """
-    bends = np.abs(np.diff(signal, 2))
-    bends = np.sort(bends[np.isfinite(bends)])
-    bends = bends[: max(1, int(KEPT * bends.size))]
-    seen = float(np.sqrt(np.mean(bends**2))) / (TRIMMED * np.sqrt(6.0)) if bends.size else 0.0
-    return max(seen, float(configured))
-
-
-def smallest_step(signal: Floats) -> float:
-    """Return the smallest step between two readings [unit], 0 where all are equal."""
-    known = np.unique(signal[np.isfinite(signal)])
-    steps = np.diff(known)
-    steps = steps[steps > ROUND_OFF * np.abs(known).max(initial=0.0)]
-    return float(steps.min()) if steps.size else 0.0
+def can_filter(cutoff: float, interval: float) -> bool:
+    """Return whether a low-pass [Hz] is possible at a sampling interval [s]."""
+    return cutoff * interval < LARGEST_CUTOFF
 
 
 class SensorSet:
     """
     The rig's sensors, with the noise and the calibration that a seed stands for.
+
+    The velocity is the differentiated position through a low-pass, without it where the sampling
+    is too slow for one.
 
     :param atmospheric_pressure: the pressure sensors' zero [Pa]
     :param interval: sampling interval [s]
@@ -131,6 +99,7 @@ class SensorSet:
         self._zero = atmospheric_pressure
         self._seed = seed
         self._interval = interval
+        self._filters = can_filter(sensors.velocity_cutoff, interval)
         # first-order low-pass by the bilinear transform, with a zero at half the sampling rate
         warped = math.tan(math.pi * sensors.velocity_cutoff * interval)
         self._pole = (1.0 - warped) / (1.0 + warped)
@@ -175,6 +144,9 @@ class SensorSet:
         if self._last_position is None:
             self._last_position = position
         slope = (position - self._last_position) / self._interval
+        if not self._filters:
+            self._last_position = position
+            return slope
         weight = 0.5 * (1.0 - self._pole)
         self._velocity = self._pole * self._velocity + weight * (slope + self._last_slope)
         self._last_position, self._last_slope = position, slope

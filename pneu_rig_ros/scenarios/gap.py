@@ -28,8 +28,8 @@ from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.parameters import FRICTION_MODELS
 from pneu_rig_ros.model.quantity import write_section
 from pneu_rig_ros.records import read_recording
+from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.conditions import FILE_NAME, format_conditions
-from pneu_rig_ros.records.whole_files import atomic_write
 from pneu_rig_ros.report.diagnosis_page import write_files
 from pneu_rig_ros.report.improvement_figures import draw_gap
 from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration

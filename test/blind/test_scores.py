@@ -131,15 +131,14 @@ def test_page_and_figures_are_those_of_the_answers_kept(tmp_path: Path) -> None:
 
 
 QUOTED = {
-    'an effect by another law': (foreign_scores, 'blind_foreign', 'foreign_mechanism'),
-    'a law of a second list': (foreign_scores, 'blind_foreign', 'second_mechanism'),
-    'two by other laws': (foreign_scores, 'blind_foreign', 'foreign_pairs_both'),
-    'a mechanism of no library': (foreign_scores, 'blind_foreign', 'foreign_unknown'),
+    'an effect by another formula': (foreign_scores, 'blind_foreign', 'foreign_mechanism'),
+    'an effect by a held-back formula': (foreign_scores, 'blind_foreign', 'second_mechanism'),
+    'two effects by other formulas': (foreign_scores, 'blind_foreign', 'foreign_pairs_both'),
+    'a mechanism not in the library': (foreign_scores, 'blind_foreign', 'foreign_unknown'),
     'a strong cause among weak nuisances': (foreign_scores, 'blind_foreign', 'nuisance_cause'),
     'weak nuisances alone': (foreign_scores, 'blind_foreign', 'nuisance_alarm'),
-    "an effect by the library's law": (scores, 'blind', 'single_top1'),
-    'an effect taken out of the library': (scores, 'blind', 'unknown_recognised'),
-    'an effect, sensors not calibrated': (scores, 'blind', 'uncalibrated_top1'),
+    "an effect by the library's formula": (scores, 'blind', 'single_top1'),
+    'an effect removed from the library': (scores, 'blind', 'unknown_recognised'),
 }
 """Rows of the README -> where the figure is, and what is wanted."""
 

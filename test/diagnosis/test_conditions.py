@@ -7,8 +7,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from pneu_rig_ros.diagnosis.inputs.misstatement import find_misstatement
 from pneu_rig_ros.diagnosis.inputs.prepare_runs import prepare_run
-from pneu_rig_ros.diagnosis.inputs.restated import otherwise
 from pneu_rig_ros.diagnosis.inputs.system import System
 from pneu_rig_ros.diagnosis.measured.hypothesis import POSITION_ZERO, SENSOR_CLOCK, Hypothesis
 from pneu_rig_ros.diagnosis.measured.run import Run
@@ -50,7 +50,7 @@ def in_psi(recording: Recording) -> Recording:
 
 
 def found(recording: Recording, system: System) -> tuple[str, str] | None:
-    result = otherwise(system, [recording], [run_of(recording, system)], [NAME])
+    result = find_misstatement(system, [recording], [run_of(recording, system)], [NAME])
     return None if result is None else (result.name, result.true)
 
 
@@ -65,7 +65,7 @@ def test_wrong_statement_is_found_with_the_recording_then(
     name: str,
 ) -> None:
     wrong = change(as_stated)
-    result = otherwise(system, [wrong], [run_of(wrong, system)], [NAME])
+    result = find_misstatement(system, [wrong], [run_of(wrong, system)], [NAME])
     assert result is not None
     assert result.name == name
     (run,) = result.runs

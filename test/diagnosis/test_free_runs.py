@@ -14,9 +14,9 @@ from pneu_rig_ros.diagnosis.residuals.shooting import SIGNALS, MultipleShooting
 from pneu_rig_ros.diagnosis.search import selection
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.free_runs import free_runs_are_off, preferred_by_free_runs
-from pneu_rig_ros.diagnosis.search.remainder import FREE_RUN
 from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, ScoredFit, best_of_each, score
 from pneu_rig_ros.diagnosis.search.selection import Search
+from pneu_rig_ros.diagnosis.search.state import FREE_RUN
 from pneu_rig_ros.model import effects as library
 
 from .runs import Timeline, configured, measured, search_in, system_of
@@ -164,7 +164,7 @@ def test_free_runs_choose_among_causes_that_leave_nothing(
     search.best = wrong
     assert {residual.balance for residual in search.significant()} <= {'force'}
     # a force that is significant in one of many draws of the noise is, under the truth too
-    monkeypatch.setattr(search, 'strong', list)
+    monkeypatch.setattr(search, 'strong_residuals', list)
     assert wrong.cost - right.cost < DECISIVE
     assert free_runs_are_off(search)
     chosen = preferred_by_free_runs(search, wrong)

@@ -9,7 +9,7 @@ import pytest
 from pneu_rig_ros.diagnosis.measured.reading import without_clipped, without_outliers
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison, substeps
 from pneu_rig_ros.model import effects as library
-from pneu_rig_ros.rig.sensors import reading_noise
+from pneu_rig_ros.records.reading_noise import reading_noise
 
 from .runs import configured, measured, system_of
 

@@ -65,7 +65,7 @@ def test_replicates_have_the_friction_of_another_recording(tmp_path: Path) -> No
     rig = configured('cylinder_1')
     system = system_of(tmp_path, rig)
     run = measured(system, 'run', rig)
-    worn = replace(run, level_error=0.1 * rig.model.friction.coulomb_force)
+    worn = replace(run, level_sd=0.1 * rig.model.friction.coulomb_force)
 
     def positions(simulate: Callable[..., Run], of: Run, seed: int = 1) -> np.ndarray:
         return simulate(system.hypothesis, of, np.random.default_rng(seed)).position
@@ -84,7 +84,7 @@ def test_rig_keeps_its_repeatability_and_the_plant_runs_as_before(tmp_path: Path
     assert load_system(path).repeatability == kept
     assert replace(load_configuration(path), repeatability={}) == rig
     run = measured(load_system(path), 'run', rig)
-    assert run.level_error == pytest.approx(0.02 * rig.model.friction.coulomb_force)
+    assert run.level_sd == pytest.approx(0.02 * rig.model.friction.coulomb_force)
 
 
 def verdicts_with(

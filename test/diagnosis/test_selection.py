@@ -15,7 +15,7 @@ from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, rms
 from pneu_rig_ros.diagnosis.search.fitting import Fit
 from pneu_rig_ros.diagnosis.search.scoring import (
     ANOTHER_CAUSE_LEAVES,
-    MOST_LEFT,
+    LITTLE_LEFT,
     Data,
     ScoredFit,
     closes_the_gap,
@@ -125,7 +125,7 @@ def test_what_is_weak_is_no_evidence_on_an_uncalibrated_rig(system: System) -> N
         (row,) = data.residuals_by_run(given)
         spread.append(rms(np.concatenate([row.force, row.breakaway])))
         assert search.significant()
-        found.append(search.strong())
+        found.append(search.strong_residuals())
     weak, strong = spread
     assert 1.1 < weak < 1.8
     assert not found[0]
@@ -209,7 +209,7 @@ def test_residual_of_a_balance_on_which_no_cause_acts_is_evidence_however_small(
     search = search_of(given, data, rng)
     value = (system.hypothesis.model.friction.coulomb_force,)
     search.best = score(caused(given, system, data, COULOMB, value), data)
-    assert search.left_of(data[0]) < MOST_LEFT
+    assert search.left_of(data[0]) < LITTLE_LEFT
     assert {residual.balance for residual in search.significant()} == {'gas_2'}
 
 

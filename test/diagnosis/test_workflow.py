@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from pneu_rig_ros.diagnosis.inputs.restated import Restated
+from pneu_rig_ros.diagnosis.inputs.misstatement import Misstatement
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.workflow import Diagnosis, diagnose
 from pneu_rig_ros.model import effects as library
@@ -262,8 +262,8 @@ def test_second_cause_is_named_beside_one_that_is_many_times_stronger(tmp_path: 
     data = checked(diagnosis)
     assert data['verdict'] == 'effect'
     # beside sensors that are exchanged, whatever is found is second
-    other = Restated('exchanged_chambers', 'p1 and p2', 'p2 and p1', diagnosis.system, ())
-    beside = checked(replace(diagnosis, restated=other))
+    other = Misstatement('exchanged_chambers', 'p1 and p2', 'p2 and p1', diagnosis.system, ())
+    beside = checked(replace(diagnosis, misstatement=other))
     assert beside['verdict'] == 'conditions'
     assert beside['sentence'].startswith('Not as stated: ')
     assert beside['effects'] == data['effects']

@@ -114,7 +114,7 @@ def along_the_motion(hypothesis: Hypothesis, comparison: Comparison) -> dict[str
         signals = {f'pressure_{i + 1}': pressures[:, i] for i in run.chambers}
     if (measured := open_signals(run).get('force')) is not None:
         force = bench_force(hypothesis, comparison)
-        offset = (force - measured).mean() if run.force_offset > 0.0 else 0.0
+        offset = (force - measured).mean() if run.force_zero_sd > 0.0 else 0.0
         signals['force'] = force - offset
     return signals
 
@@ -166,7 +166,7 @@ def _events_of(run: Run, position: Floats) -> tuple[float, float, float]:
     """Return cycles, mean dwell and stroke time of positions in a run, NaN where one is not."""
     if not np.isfinite(position).all():
         return np.nan, np.nan, np.nan
-    cycles = find_cycles(position, run.interval)
+    cycles = find_cycles(position, run.interval, noise=run.noise.position)
     dwell = float(np.mean([cycle.dwell for cycle in cycles])) if cycles else np.nan
     duration = stroke_time(position, run.interval, run.stroke)
     return float(len(cycles)), dwell, np.nan if duration is None else duration

@@ -75,8 +75,8 @@ def nuisance_rows(hypothesis: Hypothesis, dataset: Dataset) -> Iterator[dict[str
         run, estimate = data.comparison.run, data.nuisances(hypothesis)
         if estimate is None:
             continue
-        warm = run.temperature_offset > 0.0
-        used = run.clock_offset > 0.0, *(warm and f'gas_{i}' in run.balances for i in (1, 2))
+        warm = run.temperature_sd > 0.0
+        used = run.delay_sd > 0.0, *(warm and f'gas_{i}' in run.balances for i in (1, 2))
         shown = np.flatnonzero(used).tolist()
         values, deviations = estimate.values[shown], estimate.deviations[shown]
         p_values = two_sided(values - estimate.prior[shown], deviations)

@@ -35,7 +35,7 @@ from pneu_rig_ros.diagnosis.residuals.localisation import (
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
 from pneu_rig_ros.diagnosis.search.empirical import robust_weights
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, STEP, fit
-from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, MOST_LEFT, remaining_share
+from pneu_rig_ros.diagnosis.search.scoring import DECISIVE, LITTLE_LEFT, remaining_share
 from pneu_rig_ros.diagnosis.search.selection import Search
 from pneu_rig_ros.executor import Executor, map_tasks
 from pneu_rig_ros.model.quantity import Quantity
@@ -166,7 +166,7 @@ def sufficient_differences(search: Search, earlier: Mapping[str, float]) -> list
         quantity = difference.quantity
         start = Explanation(search.given).with_part(quantity, quantity.starts[0])
         fitted = fit(start, runs[i], ROUNDS)
-        if remaining_share(runs[i], search.given, fitted.hypothesis) > MOST_LEFT:
+        if remaining_share(runs[i], search.given, fitted.hypothesis) > LITTLE_LEFT:
             return []
         left += fitted.loss
     everywhere = sum(loss(run.whitened(search.hypothesis)) for run in runs)

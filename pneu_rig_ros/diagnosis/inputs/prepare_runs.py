@@ -26,9 +26,10 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import Operation
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 from pneu_rig_ros.records.conditions import apply_conditions, check_plausible
+from pneu_rig_ros.records.reading_noise import reading_noise
 from pneu_rig_ros.records.recording import PRESSURES, Recording
 from pneu_rig_ros.rig.configuration import FRICTION_LEVEL
-from pneu_rig_ros.rig.sensors import Sensors, reading_noise, sensor_noise
+from pneu_rig_ros.rig.sensors import Sensors, sensor_noise
 
 SATURATED = 0.5
 """Largest share of a recording that a signal may be at the upper end of its span [-]."""
@@ -71,7 +72,7 @@ def prepare_runs(
 
 def with_unknown_temperature(run: Run) -> Run:
     """Return a run that begins while the gas is not at the temperature of the supply."""
-    return replace(run, temperature_offset=run.temperature_offset or USUAL[INITIAL_TEMPERATURE])
+    return replace(run, temperature_sd=run.temperature_sd or USUAL[INITIAL_TEMPERATURE])
 
 
 def with_drift(run: Run, system: System, duration: float) -> Run:
@@ -139,7 +140,7 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
         level_error * model.friction.coulomb_force,
         notes=notes,
     )
-    return run.with_delay(0.0) if run.clock_offset > 0.0 else run
+    return run.with_delay(0.0) if run.delay_sd > 0.0 else run
 
 
 def _noise(recording: Recording, sensors: Sensors | None, zero: float) -> Noise:

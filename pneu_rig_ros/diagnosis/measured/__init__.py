@@ -1,1 +1,1 @@
-"""A measured run as the diagnosis takes it, and the model that is held against it."""
+"""A measured run as the diagnosis uses it, and the hypothesis that is compared with it."""

@@ -58,12 +58,12 @@ class Run:
     :param missing: balance -> what is missing to compare it, '' where it is open
     :param force: of a bench that moves the piston, along the outstroke [N], shape (n,); None for a
         free piston
-    :param force_offset: standard deviation of the zero of that force [N]
-    :param clock_offset: standard deviation of the delay of the pressures [s], 0 without one
-    :param temperature_offset: standard deviation of the initial gas temperature [K]
+    :param force_zero_sd: standard deviation of the zero of that force [N]
+    :param delay_sd: standard deviation of the delay of the pressures [s], 0 without one
+    :param temperature_sd: standard deviation of the initial gas temperature [K]
     :param repeatability: balance -> standard deviation by which recordings of the system differ
         from its model [unit of the balance]
-    :param level_error: standard deviation of the level of friction in either direction [N]
+    :param level_sd: standard deviation of the level of friction in either direction [N]
     :param delay: by which the pressures were shifted [s]
     :param temperatures: of the gas in both chambers when the recording began [K], None for the
         supply's
@@ -86,11 +86,11 @@ class Run:
     span: Span
     missing: Mapping[str, str]
     force: Floats | None = None
-    force_offset: float = 0.0
-    clock_offset: float = 0.0
-    temperature_offset: float = 0.0
+    force_zero_sd: float = 0.0
+    delay_sd: float = 0.0
+    temperature_sd: float = 0.0
     repeatability: Mapping[str, float] = field(default_factory=dict)
-    level_error: float = 0.0
+    level_sd: float = 0.0
     delay: float = 0.0
     temperatures: tuple[float, float] | None = None
     compression: tuple[float, float] = (1.0, 1.0)
@@ -253,12 +253,12 @@ class Run:
     @property
     def has_nuisances(self) -> bool:
         """Whether the clock of the pressures or the initial temperature may be off."""
-        return self.clock_offset > 0.0 or self.temperature_offset > 0.0
+        return self.delay_sd > 0.0 or self.temperature_sd > 0.0
 
     @property
     def margin(self) -> float:
         """Duration at either end where pressures that are late may not be recorded [s]."""
-        return LARGEST_DELAY * self.clock_offset
+        return LARGEST_DELAY * self.delay_sd
 
     @property
     def begin(self) -> float:

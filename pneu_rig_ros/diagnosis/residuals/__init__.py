@@ -1,1 +1,1 @@
-"""What a run lacks in each balance under a hypothesis, its noise, and where it is significant."""
+"""Residuals of the balances of a run under a hypothesis, their noise, and their significance."""

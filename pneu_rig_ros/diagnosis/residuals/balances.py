@@ -1,5 +1,5 @@
 """
-Residuals of the weak form: what a run lacks in each balance under a hypothesis.
+Residuals in weak form: the imbalance that a hypothesis leaves in each balance of a run.
 
 Gas in a chamber, Eq. 6 with mass and heat as one source::
 

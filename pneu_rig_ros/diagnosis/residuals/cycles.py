@@ -175,8 +175,8 @@ class CycleTest:
 def simulate_worn(hypothesis: Hypothesis, run: Run, rng: Generator) -> Run:
     """Return a replicate of a run that differs as recordings may differ from each other."""
     friction = hypothesis.model.friction
-    if run.level_error > 0.0:
-        factor = 1.0 + run.level_error / friction.coulomb_force * float(rng.standard_normal())
+    if run.level_sd > 0.0:
+        factor = 1.0 + run.level_sd / friction.coulomb_force * float(rng.standard_normal())
         for name in ('coulomb_force', 'breakaway_force'):
             level = factor * getattr(friction, name)
             hypothesis = hypothesis.with_parameter('friction', name, level)

@@ -132,11 +132,11 @@ def force_noise(
         kept &= motion.inside(bristle_is_known(hypothesis, comparison))
     sources = force_sources(hypothesis, comparison, inertia)
     variance = sources[0].variance + sources[1].variance
-    offset = np.full((residual.size, 1), run.force_offset)
+    offset = np.full((residual.size, 1), run.force_zero_sd)
     differs = run.repeatability.get('force', 0.0)
     excess = excess_variance(errors, variance) + differs**2
     outward = comparison.window_velocity >= 0.0
-    levels = np.hypot(differs, run.level_error) * np.column_stack([outward, ~outward])
+    levels = np.hypot(differs, run.level_sd) * np.column_stack([outward, ~outward])
     # what smoothing does to a slip, and noise to the bristle of a slow motion, is alike in all
     smeared = np.nan_to_num(errors.mean(axis=0))[:, np.newaxis]
     columns = [clipped_thrust(hypothesis, comparison), offset, levels, smeared]
@@ -242,7 +242,7 @@ def breakaway_noise(
     onset = (ONSET * slopes) ** 2 + (CREEP_ERROR * creep * drive[ends]) ** 2
     squares = np.nanmean(np.vstack([errors**2, np.zeros(onset.size)]), axis=0)
     kept = np.isfinite(residual) & ('force' in run.balances) & ~run.vacuum[ends]
-    differs = np.hypot(run.repeatability.get('force', 0.0), run.level_error)
+    differs = np.hypot(run.repeatability.get('force', 0.0), run.level_sd)
     variance = onset + squares + HOLDING_VARIANCE + differs**2
     return whitener(kept, [Source(variance)], np.zeros(onset.size))
 

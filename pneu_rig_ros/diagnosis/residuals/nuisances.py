@@ -109,8 +109,8 @@ class RunNuisances:
         """Return the values for which a run is corrected so far, with deviations of the prior."""
         supply = hypothesis.model.gas.supply_temperature
         values = np.array([run.delay, *initial_temperatures(hypothesis, run)])
-        scale = np.array([run.clock_offset, *(run.temperature_offset,) * 2])
-        limit = np.array([run.margin - HALF_STEP * run.clock_offset, *(0.5 * supply,) * 2])
+        scale = np.array([run.delay_sd, *(run.temperature_sd,) * 2])
+        limit = np.array([run.margin - HALF_STEP * run.delay_sd, *(0.5 * supply,) * 2])
         return cls(values, scale, np.array([0.0, supply, supply]), scale, limit)
 
     @property
@@ -127,15 +127,15 @@ class RunNuisances:
     def correct(self, run: Run) -> Run:
         """Return a run without these errors."""
         delay, first, second = self.values.tolist()
-        if run.clock_offset > 0.0:
+        if run.delay_sd > 0.0:
             run = run.with_delay(delay)
-        return replace(run, temperatures=(first, second)) if run.temperature_offset > 0 else run
+        return replace(run, temperatures=(first, second)) if run.temperature_sd > 0 else run
 
 
 def clock_column(hypothesis: Hypothesis, comparison: Comparison) -> Residuals:
     """Return the change of each residual by one standard deviation of the delay, (m, 1) each."""
     run = comparison.run
-    step = HALF_STEP * run.clock_offset  # late less early is one standard deviation
+    step = HALF_STEP * run.delay_sd  # late less early is one standard deviation
     if step <= 0.0:
         return comparison.zeros(1)
     early, late = (
@@ -154,7 +154,7 @@ def temperature_columns(
     That of a chamber shows in its own balance alone, so that both are changed at once. Without an
     effect no residual depends on them.
     """
-    step = comparison.run.temperature_offset
+    step = comparison.run.temperature_sd
     columns = comparison.zeros(2)
     if step > 0.0 and hypothesis.effects:
         first, second = initial_temperatures(hypothesis, comparison.run)
@@ -226,7 +226,7 @@ def fitted_to_pressures(
     :param start: by the rates
     """
     run, chambers = comparison.run, comparison.run.chambers
-    if comparison.free or not chambers or run.temperature_offset <= 0.0:
+    if comparison.free or not chambers or run.temperature_sd <= 0.0:
         return start
     noise, (delay, *temperatures) = np.array(run.noise.pressures), start.scaled
 

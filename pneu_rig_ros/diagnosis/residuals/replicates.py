@@ -142,7 +142,7 @@ def replicate(hypothesis: Hypothesis, comparison: Comparison, rng: Generator) ->
     readings = replace(
         run, position=position, pressures=pressures, force=force, original=None, delay=0.0
     )
-    return Comparison(readings.with_delay(0.0) if run.clock_offset > 0.0 else readings)
+    return Comparison(readings.with_delay(0.0) if run.delay_sd > 0.0 else readings)
 
 
 def estimate_inflation(

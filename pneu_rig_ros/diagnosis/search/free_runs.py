@@ -31,7 +31,7 @@ def free_runs_are_off(search: Growth) -> bool:
     Those of the residuals alone are not sharp enough. Where something is significant beside the
     explanation, its free runs are off whether it is right or not.
     """
-    if not search.is_exact or search.training.runs_freely or search.strong():
+    if not search.is_exactly_known or search.training.runs_freely or search.strong_residuals():
         return False
     if search.training.cycles is not None and search.cycles_remain():
         return False

@@ -17,7 +17,6 @@ from pneu_rig_ros.diagnosis.residuals.localisation import localise
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
 from pneu_rig_ros.diagnosis.search import chance, fitting, screening
 from pneu_rig_ros.diagnosis.search.fitting import FIRST_ROUNDS, ROUNDS, Fit
-from pneu_rig_ros.diagnosis.search.remainder import Remainder
 from pneu_rig_ros.diagnosis.search.scoring import (
     DECISIVE,
     LARGEST_CHANCE,
@@ -30,6 +29,7 @@ from pneu_rig_ros.diagnosis.search.scoring import (
     score,
 )
 from pneu_rig_ros.diagnosis.search.screening import Screened
+from pneu_rig_ros.diagnosis.search.state import SearchState
 from pneu_rig_ros.executor import Executor, SerialExecutor, map_tasks
 from pneu_rig_ros.model import effects as library
 
@@ -42,19 +42,19 @@ DISCREPANT = 3.0
 
 
 @dataclass(kw_only=True)
-class Growth(Remainder):
+class Growth(SearchState):
     """
     Explanations with one more cause than the best so far.
 
     :param progress: called with a text at each step
     :param executor: where candidates are screened and fitted
-    :ivar weak: whether several weak effects may make all that is left
+    :ivar only_weak: whether several weak effects may make all that is left
     """
 
     pool: Sequence[Candidate]
     progress: Callable[[str], None] = lambda text: None
     executor: Executor = field(default_factory=SerialExecutor)
-    weak: bool = False
+    only_weak: bool = False
 
     def grown(self, beam: Sequence[Explanation], size: int, first: int = 0) -> Grown:
         """
@@ -86,7 +86,7 @@ class Growth(Remainder):
         from recording to recording, as on a bench, does not sum up.
         """
         starts: list[Explanation] = []
-        if self.is_exact and self.can_simulate():
+        if self.is_exactly_known and self.can_simulate():
             residual = self.training.residual(self.given)
             screened = self._screened(self.base, 1)
             worth = screening.worth_a_fit(screened, loss(residual), residual.size)
@@ -120,7 +120,7 @@ class Growth(Remainder):
 
     def can_simulate(self) -> bool:
         """Return whether simulated cycles may join the data, and may show more than these."""
-        return self.moves_freely and self.training.cycles is None and not self.weak
+        return self.moves_freely and self.training.cycles is None and not self.only_weak
 
     def add_cycles(self, free: bool = False) -> None:
         """Add simulated cycles, or free runs, to the data; fit the best explanation to them."""

@@ -10,9 +10,9 @@ from pneu_rig_ros.diagnosis.search.fitting import Fit
 from pneu_rig_ros.diagnosis.search.growth import DISCREPANT
 from pneu_rig_ros.diagnosis.search.profiles import adopt, rival_profile
 from pneu_rig_ros.diagnosis.search.scoring import (
+    LITTLE_LEFT,
     MOST_LEFT,
-    MOST_LEFT_ALONE,
-    MOST_LEFT_OF_ALL,
+    MOST_LEFT_DISCREPANT,
     MOST_LEFT_REPORTED,
     MUCH_BETTER,
     NEGLIGIBLE,
@@ -24,7 +24,7 @@ from pneu_rig_ros.diagnosis.search.scoring import (
 from pneu_rig_ros.diagnosis.search.selection import Search
 
 
-class Contest(NamedTuple):
+class NameTest(NamedTuple):
     """
     A name beside a description, on the held-out data.
 
@@ -47,24 +47,24 @@ class Contest(NamedTuple):
     discrepant: bool = False
 
     @property
-    def name_stays(self) -> bool:
+    def accepts_name(self) -> bool:
         """Whether the name leaves little, and about as little as the description."""
         much_better = self.left > NEGLIGIBLE and self.described < MUCH_BETTER * self.left
         as_simple = self.as_simple and not self.discrepant
         if self.likelier and (much_better or as_simple):
             return False
         if self.discrepant and self.is_effect:
-            return self.left <= MOST_LEFT_OF_ALL
+            return self.left <= MOST_LEFT_DISCREPANT
         # a parameter keeps the form of the model: much of what it leaves has another cause
-        if self.reported > (MOST_LEFT_REPORTED if self.is_effect else MOST_LEFT):
+        if self.reported > (MOST_LEFT_REPORTED if self.is_effect else LITTLE_LEFT):
             return False
         if self.likelier and NOISE_ERROR * self.described < self.left:
-            return self.left <= MOST_LEFT
+            return self.left <= LITTLE_LEFT
         # else most of what is left is noise if the name is true
-        return self.left <= (MOST_LEFT_OF_ALL if self.reported <= MOST_LEFT else MOST_LEFT_ALONE)
+        return self.left <= (MOST_LEFT_DISCREPANT if self.reported <= LITTLE_LEFT else MOST_LEFT)
 
 
-def describe_if_unknown(
+def name_or_description(
     search: Search, significant: Sequence[SignificantResidual]
 ) -> Description | None:
     """
@@ -78,31 +78,31 @@ def describe_if_unknown(
     reported = search.remaining_beyond_noise() if has_cause else 1.0
     search.restart()
     profile = rival_profile(search, named) if search.residuals_significant else None
-    if profile is not None and search.left_by(profile) <= MOST_LEFT:
+    if profile is not None and search.left_by(profile) <= LITTLE_LEFT:
         adopt(search, profile)
         return None
     description = describe(search, significant[0])
     if profile is not None:
         left = search.left_by(profile)
-        if contest(search, profile, description, search.data, left).name_stays:
+        if name_test(search, profile, description, search.data, left).accepts_name:
             adopt(search, profile)
             return None
     if named is None or not has_cause:
         return description
-    if not contest(search, named, description, data, reported, discrepant).name_stays:
+    if not name_test(search, named, description, data, reported, discrepant).accepts_name:
         return description
     search.best, search.data = named, data
     return None
 
 
-def contest(
+def name_test(
     search: Search,
     name: ScoredFit,
     description: Description,
     data: Data,
     reported: float,
     discrepant: bool = False,
-) -> Contest:
+) -> NameTest:
     """
     Return a name beside a description that a search has found from its start.
 
@@ -112,7 +112,7 @@ def contest(
     """
     terms, explanation = description.explanation, name.explanation
     formula, named = (score(Fit(each), data.without_cycles) for each in (terms, explanation))
-    return Contest(
+    return NameTest(
         # on the data on which the description was judged, with their noise
         left=search.left_by(name),
         reported=reported,

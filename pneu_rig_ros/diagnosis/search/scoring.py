@@ -33,13 +33,13 @@ LIKELY = 3.0
 """What one more cause has to gain on the held-out data alone [-]."""
 LARGEST_CHANCE = 100.0
 """Improvement that no cause has by chance [-]."""
-MOST_LEFT = 0.2
+LITTLE_LEFT = 0.2
 """Largest share of the excess that a named cause may leave where a formula leaves less [-]."""
-MOST_LEFT_ALONE = 0.5
+MOST_LEFT = 0.5
 """The same where no formula does: a cause has to explain most of the excess [-]."""
 MOST_LEFT_REPORTED = 0.75
 """The same as it is reported: with the noise that the data have if the name is true [-]."""
-MOST_LEFT_OF_ALL = 0.95
+MOST_LEFT_DISCREPANT = 0.95
 """The same of an effect where all models are far off: those of real seals close a tenth [-]."""
 MUCH_BETTER = 0.5
 """Empirical terms take the place of a name that leaves more than their excess by this factor."""
@@ -243,7 +243,7 @@ def explains_alone(best: Fit, smaller: Hypothesis, searched: Dataset, data: Data
     if not acts or any(rms(each[name]) >= NOISE_ERROR for each in left for name in acts):
         return False
     share = remaining_share(data.held_out, best.explanation.given, best.hypothesis)
-    return share < MOST_LEFT_ALONE
+    return share < MOST_LEFT
 
 
 def closes_the_gap(held_out: Dataset, smaller: Hypothesis, accepted: Fit, causes: int = 1) -> bool:
@@ -260,7 +260,7 @@ def closes_the_gap(held_out: Dataset, smaller: Hypothesis, accepted: Fit, causes
     """
     better, parts = accepted.hypothesis, accepted.explanation.parts
     if held_out.runs_freely:
-        most = ANOTHER_CAUSE_LEAVES if len(parts) == causes else MOST_LEFT_ALONE
+        most = ANOTHER_CAUSE_LEAVES if len(parts) == causes else MOST_LEFT
         return excess(held_out, better) < most**causes * excess(held_out, smaller)
     most = ANOTHER_CAUSE_LEAVES**causes
     groups = {part.group for part in parts[-causes:]}

@@ -4,7 +4,7 @@ Selection of an explanation: forward selection of causes until no significant re
 :meth:`Search.run` has the steps in their order:
 
 1. Residuals or simulated cycles are off: explanations grow by one cause at a time, up to three
-   (:meth:`Search.grow`; ``growth`` screens and fits one cause, ``remainder`` tests what is left).
+   (:meth:`Search.grow`; ``growth`` screens and fits one cause, ``state`` tests what is left).
 2. Neither is: all windows together may show a cause that no cell does.
 3. A cause was found: if it leaves no residual, but its free runs are off, they may prefer another
    one, or show a further one (``free_runs``).
@@ -86,7 +86,7 @@ class Search(Growth):
                 beam = [self.so_far.explanation]
                 if not self._needs_a_cause():
                     return
-            self.weak = self.is_weak()
+            self.only_weak = self.only_weak_remains()
             grown = self._grown_with_cycles(beam, size)
             if not (grown.is_better and self.beyond_chance(grown)):
                 return
@@ -96,7 +96,7 @@ class Search(Growth):
             self.ranking += [chosen, *grown.fits]
             if len(accepted.explanation.parts) > len(chosen.explanation.parts):
                 return  # with a second cause at once, which the first needed
-            if not (chosen.simulated or self.weak):
+            if not (chosen.simulated or self.only_weak):
                 near = [each for each in grown.fits if each.difference(chosen)[0] <= DECISIVE]
                 self.indistinct = [each.explanation for each in near]
             beam = self._beam(accepted, grown.fits)
@@ -115,7 +115,7 @@ class Search(Growth):
 
         Then they join the initial data. Cycles that are off, and by no force, do not prevent it.
         """
-        if not self.is_exact or self.residuals_are_reproduced():
+        if not self.is_exactly_known or self.residuals_are_reproduced():
             return False
         self.progress('comparing free runs')
         test = self.free_run_test(self.given)
@@ -141,7 +141,7 @@ class Search(Growth):
     def _needs_a_cause(self) -> bool:
         """Return whether significant residuals or cycles are left; adds cycles where needed."""
         self.progress('testing the residuals that are left')
-        if self.strong() if self.has_cause else self.significant():
+        if self.strong_residuals() if self.has_cause else self.significant():
             return True
         if self.training.runs_freely and self.best is None:  # or they had not joined the data
             return True
@@ -208,10 +208,12 @@ class Search(Growth):
         enough = (size == 1 or another_form) and not self.training.runs_freely
         enough = enough or closes_the_gap(self.held_out, smaller, accepted)
         searched = data.training
-        if enough and (not self.weak or explains_alone(accepted, smaller, searched, self.data)):
+        if enough and (
+            not self.only_weak or explains_alone(accepted, smaller, searched, self.data)
+        ):
             return accepted
         further = None
-        if size < MOST_CAUSES and not (enough or self.weak):
+        if size < MOST_CAUSES and not (enough or self.only_weak):
             further = self._with_one_more(self._beam(accepted, grown.fits), smaller, size + 1)
         if further is None:
             self.best, self.data = best, data

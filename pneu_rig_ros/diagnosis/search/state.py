@@ -24,8 +24,8 @@ from pneu_rig_ros.diagnosis.search.fitting import Fit
 from pneu_rig_ros.diagnosis.search.scoring import (
     BALANCES_OF,
     DECISIVE,
+    LITTLE_LEFT,
     MOST_LEFT,
-    MOST_LEFT_ALONE,
     NEGLIGIBLE,
     Data,
     ScoredFit,
@@ -49,7 +49,7 @@ FREE_RUN = 'free run'
 
 
 @dataclass(kw_only=True)
-class Remainder:
+class SearchState:
     """
     What the best explanation so far leaves of the data.
 
@@ -115,10 +115,10 @@ class Remainder:
         return self.calibrated is not None and all(self.calibrated.explanation.calibrates)
 
     @property
-    def is_exact(self) -> bool:
+    def is_exactly_known(self) -> bool:
         """Whether pistons are free, sensors and supply exact, and all recordings alike."""
         runs = [comparison.run for comparison in self.training.comparisons]
-        differ = any(run.repeatability or run.level_error > 0.0 for run in runs)
+        differ = any(run.repeatability or run.level_sd > 0.0 for run in runs)
         return self.moves_freely and not self.base.parts and not differ
 
     @property
@@ -143,17 +143,17 @@ class Remainder:
         What it leaves as it was, in a balance on which it does not act, is not little.
         """
         training = self.training.without_cycles
-        if not self.has_cause or self.left_of(training) > MOST_LEFT:
+        if not self.has_cause or self.left_of(training) > LITTLE_LEFT:
             return False
         for name in {each.balance for each in found if each.p_value < np.exp(-DECISIVE)}:
             before, after = (
                 residual_excess(training, each, [name]) for each in (self.given, self.hypothesis)
             )
-            if before == 0.0 or after / before > MOST_LEFT:
+            if before == 0.0 or after / before > LITTLE_LEFT:
                 return False
         return not {each.balance for each in found} & self._disagreeing(self.held_out)
 
-    def strong(self) -> list[SignificantResidual]:
+    def strong_residuals(self) -> list[SignificantResidual]:
         """
         Return the significant residuals that are more than several weak effects explain.
 
@@ -166,11 +166,11 @@ class Remainder:
         least = float(np.hypot(NOISE_ERROR, WEAK))
         return [residual for residual in found if rms(left[residual.balance]) > least]
 
-    def is_weak(self) -> bool:
+    def only_weak_remains(self) -> bool:
         """Return whether several weak effects may make all that is left."""
         if not self.uncalibrated or self.training.cycles is not None:
             return False
-        return not (self.strong() or self.cycles_differ())
+        return not (self.strong_residuals() or self.cycles_differ())
 
     def residuals_are_reproduced(self) -> bool:
         """Return whether the held-out residuals are significant in the same balances."""
@@ -276,7 +276,7 @@ class Remainder:
         simulated = self.training.cycles is not None
         if not self.has_cause:
             return bool(residuals) or simulated
-        if residuals or self.remaining_beyond_noise() > MOST_LEFT_ALONE:
+        if residuals or self.remaining_beyond_noise() > MOST_LEFT:
             return True
         if self.training.runs_freely:  # of which no residual has a trace to be described
             return False

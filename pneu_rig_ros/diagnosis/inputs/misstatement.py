@@ -1,8 +1,8 @@
 """
-Recordings that are not what is stated: exchanged sensors, another unit, another cylinder.
+Wrong statements about the recordings: exchanged sensors, a wrong unit, a wrong cylinder.
 
-None of these is a small change, so no fit finds them: each is tried as a whole, before any cause
-is searched. It has to bring the residuals of all balances down at once.
+None of these is a small change, so no fit finds them: each alternative is tried as a whole, before
+any cause is searched. It has to reduce the residuals of all balances at once.
 """
 
 from collections.abc import Iterator, Sequence
@@ -38,15 +38,15 @@ rig are refused as out of range.
 
 
 @dataclass(frozen=True)
-class Restated:
+class Misstatement:
     """
-    A system and its recordings with one condition as it may be.
+    A statement that may be wrong, and the system and its recordings with its alternative.
 
     :param name: of the condition
-    :param stated, true: for a reader
-    :param system: the system then
-    :param recordings: the recordings then
-    :param runs: the same, prepared for the system
+    :param stated, true: the stated and the alternative value, for display
+    :param system: the system with the alternative
+    :param recordings: the recordings with the alternative
+    :param runs: the same, prepared for that system
     :param excess: misfit of the held-out data as stated [-]
     """
 
@@ -59,8 +59,8 @@ class Restated:
     excess: float = 0.0
 
 
-def restated(system: System, recordings: Sequence[Recording]) -> Iterator[Restated]:
-    """Yield what may be instead of what is stated."""
+def alternatives(system: System, recordings: Sequence[Recording]) -> Iterator[Misstatement]:
+    """Yield all alternatives to what is stated."""
     if all(name in recording for recording in recordings for name in PRESSURES):
         exchanged = tuple(
             recording.with_signals(
@@ -68,16 +68,16 @@ def restated(system: System, recordings: Sequence[Recording]) -> Iterator[Restat
             )
             for recording in recordings
         )
-        yield Restated('exchanged_chambers', 'p1 and p2', 'p2 and p1', system, exchanged)
+        yield Misstatement('exchanged_chambers', 'p1 and p2', 'p2 and p1', system, exchanged)
         atmosphere = system.hypothesis.model.gas.atmospheric_pressure
         for stated, true, factor in UNITS:
             scaled = tuple(_scaled(recording, factor, atmosphere) for recording in recordings)
-            yield Restated('pressure_unit', stated, true, system, scaled)
+            yield Misstatement('pressure_unit', stated, true, system, scaled)
     if system.rig is not None:
         for name in shipped('cylinder_*.yaml'):
             other = load_system(name)
             if other.hypothesis.model.cylinder != system.hypothesis.model.cylinder:
-                yield Restated('cylinder', system.name, name, other, tuple(recordings))
+                yield Misstatement('cylinder', system.name, name, other, tuple(recordings))
 
 
 def _scaled(recording: Recording, factor: float, atmosphere: float) -> Recording:
@@ -87,14 +87,14 @@ def _scaled(recording: Recording, factor: float, atmosphere: float) -> Recording
     return recording.with_signals(**signals)
 
 
-def otherwise(
+def find_misstatement(
     system: System, recordings: Sequence[Recording], runs: Sequence[Run], paths: Sequence[Path]
-) -> Restated | None:
-    """Return what is clearly better than what is stated, with the runs then; None for nothing."""
+) -> Misstatement | None:
+    """Return the best alternative with its runs, None if none is clearly better than as stated."""
     before = _standardised(system, runs)
     least = MUCH_SMALLER
-    best: Restated | None = None
-    for each in restated(system, recordings):
+    best: Misstatement | None = None
+    for each in alternatives(system, recordings):
         try:
             then = tuple(prepare_runs(each.recordings, each.system, paths))
         except RigError:  # it cannot be so

@@ -1,10 +1,10 @@
-"""Files that are whole at every moment: replaced in one step, or complete while they grow."""
+"""MCAP files that every reader can read while they grow, also after a kill."""
 
 import contextlib
 import os
 import signal
 import threading
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from dataclasses import replace
 from pathlib import Path
 from zlib import crc32
@@ -13,38 +13,7 @@ from mcap.data_stream import RecordBuilder
 from mcap.records import DataEnd, Footer, McapRecord
 from mcap.summary import Summary
 
-from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.mcap_file import MAGIC
-
-
-@contextlib.contextmanager
-def writing(what: object) -> Iterator[None]:
-    """Make a RigError of an OSError while something is written, such as 'the bag runs/stroke'."""
-    try:
-        yield
-    except OSError as error:
-        raise RigError(f'cannot write {what}: {error.strerror or error}') from error
-
-
-def atomic_write(path: Path, content: str | Callable[[Path], object]) -> Path:
-    """
-    Write a file beside its place, then move it there.
-
-    :param content: the text, or a function that writes the file; what UTF-8 cannot encode, as in
-        a file name of bytes, is escaped
-    :raises RigError: when it cannot be written; an existing file is then unchanged
-    """
-    unfinished = path.with_name(f'.{path.name}.{os.getpid()}')
-    try:
-        with writing(path):
-            if callable(content):
-                content(unfinished)
-            else:
-                unfinished.write_text(content, encoding='utf-8', errors='backslashreplace')
-            unfinished.replace(path)
-    finally:
-        unfinished.unlink(missing_ok=True)
-    return path
 
 
 def encode(*records: McapRecord) -> bytes:
