@@ -18,7 +18,7 @@ from pneu_rig_ros.diagnosis.answer.repeatability import nuisance_rows
 from pneu_rig_ros.diagnosis.answer.run_differences import key_of
 from pneu_rig_ros.diagnosis.answer.verdict import CONSISTENT, UNKNOWN, of_balances, probability_of
 from pneu_rig_ros.diagnosis.causes.candidates import CALIBRATION, Candidate, Explanation
-from pneu_rig_ros.diagnosis.causes.families import Family
+from pneu_rig_ros.diagnosis.causes.shaped_effects import ShapedEffect
 from pneu_rig_ros.diagnosis.measured.hypothesis import POSITION_ZERO, SENSOR_CLOCK
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES, UNITS
 from pneu_rig_ros.diagnosis.residuals.dataset import rms
@@ -269,7 +269,7 @@ def _effect(part: Candidate, rows: Rows, explanation: Explanation) -> dict[str, 
 def _shape(effect: str, explanation: Explanation) -> dict[str, Any] | None:
     """Return the factor by which an effect differs from its formula, None without one."""
     for part, values in explanation.by_part:
-        if isinstance(part, Family | Profile) and part.effect == effect:
+        if isinstance(part, ShapedEffect | Profile) and part.effect == effect:
             shape = part.shape(values)
             return {
                 'variable': shape.over,

@@ -20,7 +20,7 @@ from pneu_rig_ros.model.quantity import unknown
 from pneu_rig_ros.records.grid import Columns
 from pneu_rig_ros.records.mapping import DATETIME, Layout, Source, TableMapping, in_si
 from pneu_rig_ros.records.recording import PRESSURES, SIGNALS
-from pneu_rig_ros.records.table_form import (
+from pneu_rig_ros.records.table_layout import (
     DECIMAL_COMMA,
     DETECTION_LINES,
     Column,
@@ -37,7 +37,7 @@ LIKELY_GAUGE = 5e4
 """An absolute pressure below this is probably a gauge pressure [Pa]."""
 
 HEAD = 2**18
-"""Beginning of a file from which its form is detected; a longer one is read by columns [byte]."""
+"""Beginning of a file that shows its layout; a longer one is read by columns [byte]."""
 
 
 @dataclass(frozen=True)
@@ -115,35 +115,35 @@ def read_cells(path: Path | str, layout: Layout) -> Cells:
     data = read_utf8(path)
     if len(data) > HEAD and (cells := _by_columns(path, data, layout)):
         return cells
-    form = detect(path, data, layout)
-    rows = [split(text, form.separator) for _, text in form.lines]
-    numbers = [number for number, _ in form.lines]
+    detected = detect(path, data, layout)
+    rows = [split(text, detected.separator) for _, text in detected.lines]
+    numbers = [number for number, _ in detected.lines]
     for number, row in zip(numbers, rows, strict=True):
-        if len(row) != form.width:
+        if len(row) != detected.width:
             raise RigError(
                 f'{path}: row {number} has {len(row)} cells, row {numbers[0]} has '
-                f'{form.width}{form.hint}'
+                f'{detected.width}{detected.hint}'
             )
     columns = list(zip(*rows, strict=True))
-    return Cells(path, form.names, columns, numbers.__getitem__, form.decimal)
+    return Cells(path, detected.names, columns, numbers.__getitem__, detected.decimal)
 
 
 def _by_columns(path: Path, data: bytes, layout: Layout) -> Cells | None:
     """Return the cells of a large table; None if it is not regular enough for pyarrow."""
     try:
-        form = detect(path, data[: data.rfind(b'\n', 0, HEAD) + 1], layout)
+        detected = detect(path, data[: data.rfind(b'\n', 0, HEAD) + 1], layout)
     except RigError:
         return None  # the whole file may have what its beginning lacks
-    if len(form.lines) <= DETECTION_LINES or form.separator == ' ':
+    if len(detected.lines) <= DETECTION_LINES or detected.separator == ' ':
         return None
-    first, start = form.lines[0][0], 0
+    first, start = detected.lines[0][0], 0
     for _ in range(first - 1):
         start = data.index(b'\n', start) + 1
     if layout.comment and data.find(layout.comment.encode(), start) >= 0:
         return None
-    if not data.startswith(form.lines[0][1].encode(), start):
+    if not data.startswith(detected.lines[0][1].encode(), start):
         return None  # other ends of lines
-    columns = read_texts(data, start, form.separator, form.width)
+    columns = read_texts(data, start, detected.separator, detected.width)
     if columns is None:
         return None
 
@@ -153,7 +153,7 @@ def _by_columns(path: Path, data: bytes, layout: Layout) -> Cells | None:
         numbers = (number for number, line in enumerate(lines, start=first) if line.strip())
         return next(itertools.islice(numbers, row, None))
 
-    return Cells(path, form.names, columns, row_number, form.decimal)
+    return Cells(path, detected.names, columns, row_number, detected.decimal)
 
 
 def read_columns(path: Path, mapping: TableMapping, zero: float) -> Columns:

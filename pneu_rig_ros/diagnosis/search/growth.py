@@ -11,7 +11,7 @@ from dataclasses import dataclass, field
 import numpy as np
 
 from pneu_rig_ros.diagnosis.causes.candidates import FORCE, GAS, SENSOR, Candidate, Explanation
-from pneu_rig_ros.diagnosis.causes.families import Family, families
+from pneu_rig_ros.diagnosis.causes.shaped_effects import ShapedEffect, shaped_effects
 from pneu_rig_ros.diagnosis.residuals.dataset import by_balance, loss, rms
 from pneu_rig_ros.diagnosis.residuals.localisation import localise
 from pneu_rig_ros.diagnosis.residuals.windows import windows_of
@@ -147,7 +147,7 @@ class Growth(SearchState):
 
     def _candidates(self, base: Explanation) -> list[Candidate]:
         """Return what may join an explanation, other forms of its effects among them."""
-        shaped = {part.effect for part in base.parts if isinstance(part, Family)}
+        shaped = {part.effect for part in base.parts if isinstance(part, ShapedEffect)}
         forms = [
             form for part in base.parts if part.name not in shaped for form in self._forms_of(part)
         ]
@@ -165,12 +165,12 @@ class Growth(SearchState):
             if candidate.name not in names and candidate.group in groups
         ]
 
-    def _forms_of(self, cause: Candidate) -> list[Family]:
+    def _forms_of(self, cause: Candidate) -> list[ShapedEffect]:
         """Return the other forms of an effect, over each variable that drives it."""
         if not cause.is_effect:
             return []
         runs = [comparison.run for comparison in self.training.comparisons]
-        return list(families(cause, runs, self.given.model.gas.supply_temperature))
+        return list(shaped_effects(cause, runs, self.given.model.gas.supply_temperature))
 
     def other_forms(self, explanations: Sequence[Explanation]) -> list[Explanation]:
         """Return explanations with each other form of their last causes, at its best start."""

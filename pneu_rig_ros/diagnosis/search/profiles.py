@@ -15,7 +15,7 @@ import numpy as np
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Coordinate
-from pneu_rig_ros.diagnosis.causes.families import knots
+from pneu_rig_ros.diagnosis.causes.shaped_effects import knots
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.search.empirical import projection, robust_weights

@@ -17,7 +17,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Explanation
-from pneu_rig_ros.diagnosis.causes.families import Family
+from pneu_rig_ros.diagnosis.causes.shaped_effects import ShapedEffect
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.free_runs import free_runs_are_off, preferred_by_free_runs
@@ -204,7 +204,7 @@ class Search(Growth):
         """
         smaller, best, data = self.hypothesis, self.best, self.data
         accepted = self._renewed(grown.chosen)
-        another_form = size == 2 and isinstance(accepted.explanation.parts[-1], Family)
+        another_form = size == 2 and isinstance(accepted.explanation.parts[-1], ShapedEffect)
         enough = (size == 1 or another_form) and not self.training.runs_freely
         enough = enough or closes_the_gap(self.held_out, smaller, accepted)
         searched = data.training
@@ -271,9 +271,9 @@ class Search(Growth):
         return [*self.base.parts, *self.pool]
 
     def causes(self, explanation: Explanation) -> list[str]:
-        """Return the names of the causes, without the base and with a family for its effect."""
+        """Return the names of the causes, without the base; a shaped effect implies its effect."""
         implied = {part.name for part in self.base.parts}
-        implied |= {part.effect for part in explanation.parts if isinstance(part, Family)}
+        implied |= {part.effect for part in explanation.parts if isinstance(part, ShapedEffect)}
         return [name for name in explanation.causes if name not in implied] or explanation.causes
 
     def clear(self) -> None:

@@ -31,11 +31,11 @@ COVERED = (0.02, 0.98)
 TEMPERATURE_RANGE = 0.2
 """Relative difference of a gas temperature from that of the supply [-]."""
 OVER = ' over '
-"""Between the names of an effect and of a variable in that of a family."""
+"""Between the names of an effect and of a variable in that of a shaped effect."""
 
 
 @dataclass(frozen=True)
-class Family(Candidate):
+class ShapedEffect(Candidate):
     """
     A factor of an effect over one variable; its coordinates are ratios of neighbouring knots.
 
@@ -65,7 +65,9 @@ class Family(Candidate):
         return hypothesis.with_effect(self.effect, Shaped(parameters, self.shape(values)))
 
 
-def families(effect: Candidate, runs: Sequence[Run], temperature: float) -> Iterator[Family]:
+def shaped_effects(
+    effect: Candidate, runs: Sequence[Run], temperature: float
+) -> Iterator[ShapedEffect]:
     """Yield an effect's rising and falling factors over each variable that varies in the runs."""
     for over in library.load(effect.name).drivers:
         at = knots(over, runs, temperature)
@@ -80,7 +82,7 @@ def families(effect: Candidate, runs: Sequence[Run], temperature: float) -> Iter
             )
             starts = tuple((ratio**sign,) * (KNOTS - 1) for ratio in START_RATIOS)
             name = effect.name + OVER + over
-            yield Family(name, effect.group, ratios, starts, over=over, at=at)
+            yield ShapedEffect(name, effect.group, ratios, starts, over=over, at=at)
 
 
 def knots(

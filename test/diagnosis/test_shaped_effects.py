@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 from pneu_rig_ros.diagnosis.causes.candidates import effect_candidate
-from pneu_rig_ros.diagnosis.causes.families import KNOTS, Family, families, knots
+from pneu_rig_ros.diagnosis.causes.shaped_effects import KNOTS, ShapedEffect, knots, shaped_effects
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.model import effects as library
@@ -16,36 +16,36 @@ RIG = configured('cylinder_1')
 RUN = measured(load_system('cylinder_1'), 'run', RIG)
 
 
-def families_of(name: str) -> list[Family]:
-    return list(families(effect_candidate(name), [RUN], 293.0))
+def shapes_of(name: str) -> list[ShapedEffect]:
+    return list(shaped_effects(effect_candidate(name), [RUN], 293.0))
 
 
 def test_each_variable_that_drives_an_effect_has_a_rising_and_a_falling_factor() -> None:
-    found = families_of('wall_heat_transfer')
+    found = shapes_of('wall_heat_transfer')
     drivers = library.load('wall_heat_transfer').drivers
     assert [one.over for one in found] == [name for name in drivers for _ in range(2)]
     assert found[0].name == 'wall_heat_transfer over pressure'
     for rising, falling in zip(found[::2], found[1::2], strict=True):
-        for family, sign in ((rising, 1.0), (falling, -1.0)):
-            for start in family.starts:
-                assert np.all(sign * np.diff(family.shape(start).times) > 0.0)
+        for shaped, sign in ((rising, 1.0), (falling, -1.0)):
+            for start in shaped.starts:
+                assert np.all(sign * np.diff(shaped.shape(start).times) > 0.0)
 
 
 def test_factor_is_one_in_the_mean_so_that_the_size_stays_that_of_the_effect() -> None:
-    shape = families_of('wall_heat_transfer')[0].shape((2.0, 3.0, 4.0))
+    shape = shapes_of('wall_heat_transfer')[0].shape((2.0, 3.0, 4.0))
     assert np.prod(shape.times) == pytest.approx(1.0)
     ratios = np.array(shape.times[1:]) / shape.times[:-1]
     assert ratios == pytest.approx([2.0, 3.0, 4.0])
 
 
 def test_factor_is_put_on_the_effect_as_it_was_fitted() -> None:
-    family = families_of('wall_heat_transfer')[0]
+    candidate = shapes_of('wall_heat_transfer')[0]
     own = library.load('wall_heat_transfer').probes[0]
     given = Hypothesis(RIG.model).with_effect('wall_heat_transfer', own)
-    shaped = family.apply(given, (1.5,) * (KNOTS - 1)).effects['wall_heat_transfer']
+    shaped = candidate.apply(given, (1.5,) * (KNOTS - 1)).effects['wall_heat_transfer']
     assert isinstance(shaped, Shaped)
     assert shaped.parameters == own
-    again = family.apply(given.with_effect('wall_heat_transfer', shaped), (2.0,) * (KNOTS - 1))
+    again = candidate.apply(given.with_effect('wall_heat_transfer', shaped), (2.0,) * (KNOTS - 1))
     assert again.effects['wall_heat_transfer'].parameters == own
 
 

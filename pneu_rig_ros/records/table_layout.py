@@ -1,8 +1,8 @@
 """
-The form of a text table, detected as far as the mapping omits it, and the numbers in its cells.
+The layout of a text table, detected as far as the mapping omits it, and the numbers in its cells.
 
-The form is encoding (UTF-8, UTF-16, with or without a byte order mark, else Windows-1252), header,
-separator and decimal sign. Points or commas between thousands are ignored.
+The layout is encoding (UTF-8, UTF-16, with or without a byte order mark, else Windows-1252),
+header, separator and decimal sign. Points or commas between thousands are ignored.
 """
 
 from __future__ import annotations
@@ -44,7 +44,7 @@ Column = Union[Sequence[str], 'ChunkedArray']
 """The texts of a column."""
 
 
-class Form(NamedTuple):
+class DetectedLayout(NamedTuple):
     """What the beginning of a table shows: its first lines of data, and how to read all."""
 
     lines: list[Line]
@@ -74,8 +74,8 @@ def read_utf8(path: Path) -> bytes:
     return content
 
 
-def detect(path: Path, data: bytes, layout: Layout) -> Form:
-    """Return the form of a table, or of its beginning."""
+def detect(path: Path, data: bytes, layout: Layout) -> DetectedLayout:
+    """Return the layout of a table, or of its beginning."""
     lines, comments = _lines(data, layout)
     if not lines:
         raise RigError(f'{path}: no line of data')
@@ -102,7 +102,7 @@ def detect(path: Path, data: bytes, layout: Layout) -> Form:
         )
     decimal = layout.decimal or ('.' if separator == ',' else _decimal(lines, separator))
     names = tuple(name.strip() for name in head)
-    return Form(lines, separator, names, len(row), decimal, hint)
+    return DetectedLayout(lines, separator, names, len(row), decimal, hint)
 
 
 def _lines(data: bytes, layout: Layout) -> tuple[list[Line], list[str]]:
