@@ -14,14 +14,12 @@ import click
 
 from pneu_rig_ros.cli import output
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.model.quantity import LARGEST_INTEGER
 
 if TYPE_CHECKING:
     from pneu_rig_ros.rig import RigConfiguration
 
 Function = TypeVar('Function', bound=Callable[..., Any])
-
-LARGEST_SEED = 2**53
-"""Up to here every integer is a number in YAML, JSON and a ROS parameter alike."""
 
 
 def examples(*lines: str) -> str:
@@ -113,7 +111,7 @@ namespace_option = click.option(
 map_option = functools.partial(click.option, '--map', 'mapping', type=PATH, metavar='YAML')
 out_directory = functools.partial(click.option, '--out', type=PATH, metavar='DIRECTORY')
 out_file = functools.partial(click.option, '--out', type=NewFile())
-seed_option = functools.partial(click.option, '--seed', type=Whole(0, LARGEST_SEED))
+seed_option = functools.partial(click.option, '--seed', type=Whole(0, LARGEST_INTEGER))
 seconds_option = functools.partial(click.option, type=Finite(), metavar='SECOND')
 cylinder_option = click.option(
     '--cylinder',

@@ -11,6 +11,9 @@ from pneu_rig_ros.errors import RigError
 
 _TEXT = re.compile(r'^\s*(?P<number>[^\s]+)\s+(?P<unit>\S+)\s*$')
 
+LARGEST_INTEGER = 2**53
+"""Up to here every integer is a number in YAML, JSON and a ROS parameter alike."""
+
 
 @dataclass(frozen=True)
 class Quantity:

@@ -12,6 +12,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import FRICTION_MODELS
+from pneu_rig_ros.model.quantity import LARGEST_INTEGER
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.managed_node import ManagedNode
@@ -69,7 +70,7 @@ class PlantNode(ManagedNode):
             'seed of the noise and the gains of the sensors; -1: of the cylinder',
             '-',
             -1,
-            2**53,
+            LARGEST_INTEGER,
         ),
         Parameter('interval_ns', 0, 'sampling interval; 0: that of the cylinder', 'ns', 0, 10**9),
         Parameter(

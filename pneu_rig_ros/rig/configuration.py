@@ -11,6 +11,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, SECTIONS, Friction, Model, Operation
 from pneu_rig_ros.model.quantity import (
+    LARGEST_INTEGER,
     Choice,
     Quantity,
     mapping_of,
@@ -28,7 +29,7 @@ class Sampling(NamedTuple):
     """Clock and seed of the data acquisition."""
 
     interval: Annotated[float, Quantity('ns', 1e5, 1e9, 'sampling interval')]
-    seed: Annotated[float, Quantity('-', 0, 2**53, 'seed of noise and calibration')]
+    seed: Annotated[float, Quantity('-', 0, LARGEST_INTEGER, 'seed of noise and calibration')]
 
 
 OVERRIDES: dict[str, Quantity] = {

@@ -26,7 +26,7 @@ from pneu_rig_ros.diagnosis.workflow import diagnose
 from pneu_rig_ros.executor import open_executor
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.parameters import FRICTION_MODELS
-from pneu_rig_ros.model.quantity import write_section
+from pneu_rig_ros.model.quantity import LARGEST_INTEGER, write_section
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.records.atomic_write import atomic_write
 from pneu_rig_ros.records.conditions import FILE_NAME, format_conditions
@@ -202,8 +202,6 @@ RECORDED, DIAGNOSED, REPEATED = 0.2, 0.85, 0.97
 """Fractions of the work that are done after each step [-]."""
 NOISE_SEED = 1000
 """Seed of the sensor noise in the first run; each run has its own."""
-LARGEST_SEED = 2**53
-"""Seeds are below it."""
 
 Gaps = dict[str, SignalGap]
 
@@ -266,7 +264,7 @@ def close_gap(
 
 def noise_seed(seed: int, run: int) -> int:
     """Return the seed of the sensor noise in a run."""
-    return (NOISE_SEED * (seed + 1) + run) % LARGEST_SEED
+    return (NOISE_SEED * (seed + 1) + run) % LARGEST_INTEGER
 
 
 def _draw(path: Path, bag: Path, again: Sequence[Run]) -> tuple[Gaps, Gaps]:

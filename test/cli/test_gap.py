@@ -13,8 +13,8 @@ from terminal import Terminal
 
 from pneu_rig_ros.analysis.metrics import SignalGap
 from pneu_rig_ros.cli.diagnosis import _whole, gap_to_dict
-from pneu_rig_ros.cli.options import LARGEST_SEED
 from pneu_rig_ros.model.effects import causes
+from pneu_rig_ros.model.quantity import LARGEST_INTEGER
 from pneu_rig_ros.records import read_recording
 from pneu_rig_ros.rig import configuration_from_yaml, load_configuration
 from pneu_rig_ros.scenarios.experiments import (
@@ -149,7 +149,7 @@ def test_seed_draws_the_effect() -> None:
 
 def test_noise_of_every_run_has_a_seed_that_a_rig_takes() -> None:
     assert [noise_seed(7, run) for run in (0, 2, -1)] == [8000, 8002, 7999]
-    load_configuration('cylinder_1', seed=noise_seed(LARGEST_SEED, 3))
+    load_configuration('cylinder_1', seed=noise_seed(LARGEST_INTEGER, 3))
 
 
 @pytest.mark.parametrize('name', ['described_force', 'no_such_effect'])
