@@ -6,11 +6,11 @@ effects. Noise, quantisation and calibration come after it, see ``rig.sensors``.
 """
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass
 from itertools import accumulate, pairwise
 from typing import Any
 
 import numpy as np
-from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model import friction
@@ -18,7 +18,6 @@ from pneu_rig_ros.model import layout as at
 from pneu_rig_ros.model.compiled import compiled, in_turn, inner
 from pneu_rig_ros.model.compiled_model import (
     CompiledModel,
-    Pair,
     Ports,
     Seal,
     Signals,
@@ -50,66 +49,67 @@ def collect(effects: Sequence[Effect], first_state: int) -> Contributions:
     :param effects: in the order of their parameters
     :param first_state: index of the first effect state in the state array
     """
-    parts: dict[Balance, list[Callable[..., Any]]] = {balance: [] for balance in Balance}
+    parts: dict[Balance, list[Part]] = {balance: [] for balance in Balance}
     ends = accumulate((len(effect.states) for effect in effects), initial=first_state)
     states = list(pairwise(ends))
     for index in sorted(range(len(effects)), key=lambda i: effects[i].stage):
         effect = effects[index]
-        parts[effect.balance].append(_added(effect, index, *states[index]))
+        parts[effect.balance].append(Part(effect, index, *states[index]))
     return {balance: _sum(balance, own) for balance, own in parts.items()}
 
 
-def _sum(balance: Balance, parts: Sequence[Callable[..., Any]]) -> Contribution:
-    """Return the sum over the effects of one balance, in the order of their stages."""
-    blocks = {f'add_{i}': part for i, part in enumerate(parts)}
-    given = 'signals, model, state, rate'
-    steps = [f'total = {name}(total, {given})' for name in blocks]
-    return inner(in_turn(f'sum_{balance.name}', given, 'total = 0.0, 0.0', steps, blocks))
-
-
-@compiled
-def _as_without_them(signals: Signals, first: float, second: float) -> Signals:
-    """Return the signals that an effect sees where those before it add so much: the same."""
-    return signals
-
-
-def _added(effect: Effect, index: int, start: int, end: int) -> Callable[..., Any]:
+@dataclass(frozen=True)
+class Part:
     """
-    Return what adds both contributions of an effect to those before it, behind which it sees.
-
-    While the effect does not act, it costs next to nothing. It is one function of all that
-    belongs to an effect, as each function of its own takes time to compile.
+    An effect in the sum of its balance.
 
     :param index: among the effects
     :param start, end: first and end index of its states
     """
-    contribution, behind = effect.contribution, CHAINS.get(effect.balance, _as_without_them)
-    as_array, takes_states = effect.as_array, effect.takes_states
-    parameters, count = effect.parameters, len(effect.null)
 
-    @inner
-    def added(
-        total: Pair, signals: Signals, model: CompiledModel, state: Floats, rate: Floats
-    ) -> Pair:
-        row = model.effects[index]
-        if row[ACTS] == 0.0:
-            return total
-        seen, own = behind(signals, total[0], total[1]), row[VALUES : VALUES + count]
-        memory, change = state[start:end], rate[start:end]
-        # which of these it is, is decided when this is compiled
-        if as_array:
-            a, b = contribution(seen, model, own, memory, change)
-        elif takes_states:  # only ``to_fixed_tuple`` makes a tuple of an array in compiled code
-            named = parameters(*to_fixed_tuple(own, count))
-            a, b = contribution(seen, model, named, memory, change)
-        else:
-            a, b = contribution(seen, model, parameters(*to_fixed_tuple(own, count)))
-        if row[COUNT] != 0.0:
-            factor_1, factor_2 = factors(row, seen, model.gas)
-            a, b = factor_1 * a, factor_2 * b
-        return total[0] + a, total[1] + b
+    effect: Effect
+    index: int
+    start: int
+    end: int
 
-    return added
+    @property
+    def call(self) -> str:
+        """Statement that assigns the contributions to a and b."""
+        values = range(VALUES, VALUES + len(self.effect.null))
+        own = f'own_{self.index}({", ".join(f"row[{i}]" for i in values)})'
+        states = ''
+        if self.effect.as_array:
+            own = f'row[{values.start}:{values.stop}]'
+        if self.effect.as_array or self.effect.takes_states:
+            states = f', state[{self.start}:{self.end}], rate[{self.start}:{self.end}]'
+        return f'a, b = contribution_{self.index}(seen, model, {own}{states})'
+
+
+def _sum(balance: Balance, parts: Sequence[Part]) -> Contribution:
+    """
+    Return the sum over the effects of one balance, in the order of their stages.
+
+    An effect that does not act costs next to nothing. All are written out in one function, as each
+    function of its own takes time to compile.
+    """
+    chain = CHAINS.get(balance)
+    blocks: dict[str, Any] = {'behind': chain, 'factors': factors}
+    steps = []
+    for part in parts:
+        blocks[f'own_{part.index}'] = part.effect.parameters
+        blocks[f'contribution_{part.index}'] = part.effect.contribution
+        steps += [
+            f'row = model.effects[{part.index}]',
+            f'if row[{ACTS}] != 0.0:',
+            f'    seen = {"behind(signals, total[0], total[1])" if chain else "signals"}',
+            f'    {part.call}',
+            f'    if row[{COUNT}] != 0.0:',
+            '        factor_1, factor_2 = factors(row, seen, model.gas)',
+            '        a, b = factor_1 * a, factor_2 * b',
+            '    total = total[0] + a, total[1] + b',
+        ]
+    given = 'signals, model, state, rate'
+    return inner(in_turn(f'sum_{balance.name}', given, 'total = 0.0, 0.0', steps, blocks))
 
 
 def build_mechanics(contributions: Contributions) -> Callable[..., Signals]:
