@@ -9,7 +9,7 @@ import math
 from collections.abc import Callable, Iterator
 from pathlib import Path
 
-from pneu_rig_ros.analysis.friction import CausalFriction, ForceBalance
+from pneu_rig_ros.analysis.friction import CausalFriction, ForceBalance, can_estimate
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records import BagWriter
 from pneu_rig_ros.records.cdr_encoding import (
@@ -76,7 +76,9 @@ def _messages(
 ) -> Iterator[tuple[str, int, bytes]]:
     """Yield topic, log time [ns] and bytes of all messages under a constant command [V]."""
     configuration, interval_ns = rig.configuration, rig.configuration.interval_ns
-    estimator = CausalFriction(ForceBalance.of(configuration), rig.interval)
+    estimator: CausalFriction | None = None
+    if can_estimate(rig.interval):
+        estimator = CausalFriction(ForceBalance.of(configuration), rig.interval)
     plant = PlantMessages(rig.sensors.pressure_variance, clock=True)
     friction = template('friction')
     voltages = valve_voltages(u)
@@ -88,10 +90,11 @@ def _messages(
         sample = rig.sample
         for topic, cdr in plant.pack(sample, now_ns).items():
             yield topic, now_ns, cdr
-        force = estimator.push(sample.position, sample.pressure_1, sample.pressure_2)
-        if force is not None:
-            stamp_ns = now_ns - estimator.delay_samples * interval_ns
-            yield 'friction', stamp_ns, friction.at(stamp_ns, force)
+        if estimator is not None:
+            force = estimator.push(sample.position, sample.pressure_1, sample.pressure_2)
+            if force is not None:
+                stamp_ns = now_ns - estimator.delay_samples * interval_ns
+                yield 'friction', stamp_ns, friction.at(stamp_ns, force)
         last = sample.index + 1 == samples
         if not last:
             yield 'valve_voltages', now_ns, command

@@ -58,6 +58,19 @@ class ForceBalance:
         return pressure_1 * self.area_1 - pressure_2 * self.area_2 - ambient
 
 
+def can_estimate(interval: float) -> bool:
+    """Return whether the filter of the acceleration is possible at a sampling interval [s]."""
+    return 2.0 * CUTOFF * interval < 1.0
+
+
+def _require_fast(interval: float) -> None:
+    if not can_estimate(interval):
+        raise RigError(
+            f'friction: a sample every {1e3 * interval:g} ms is too slow for the '
+            f'{CUTOFF:g} Hz filter of the acceleration'
+        )
+
+
 def delay_samples(interval: float) -> int:
     """Return the delay of the live estimate [samples] at a sampling interval [s]."""
     return round(DELAY / interval)
@@ -79,10 +92,10 @@ def causal_kernel(interval: float) -> Floats:
 
     :param interval: sampling interval [s]
     :return: weights, shape (2 delay_samples - 1,)
+    :raises RigError: if the sampling is too slow
     """
+    _require_fast(interval)
     half_width = delay_samples(interval) - 1
-    if half_width < 1:
-        raise RigError(f'friction filter: half width {half_width} samples, must be 1 or more')
     impulse, centre = np.zeros(80 * half_width + 1), 40 * half_width
     impulse[centre] = 1.0
     response = zero_phase(impulse, interval)[centre - half_width : centre + half_width + 1]
@@ -100,11 +113,7 @@ def acceleration_zero_phase(position: ArrayLike, interval: float) -> Floats:
     x = np.asarray(position, dtype=np.float64)
     if x.ndim != 1 or x.size < 4:
         raise RigError(f'friction: {x.size} samples, at least 4 are needed to differentiate twice')
-    if 2.0 * CUTOFF * interval >= 1.0:
-        raise RigError(
-            f'friction: a sample every {1e3 * interval:g} ms is too slow for the '
-            f'{CUTOFF:g} Hz filter of the acceleration'
-        )
+    _require_fast(interval)
     # Point reflection at its ends continues the position without a jump in velocity, which the
     # second difference would turn into an impulse.
     margin = min(x.size - 1, 2 * delay_samples(interval))
@@ -132,7 +141,11 @@ def friction_zero_phase(
 
 
 class CausalFriction:
-    """Live Eq. 2: push a sample each ``interval`` [s], get the force of ``delay_samples`` ago."""
+    """
+    Live Eq. 2: push a sample each ``interval`` [s], get the force of ``delay_samples`` ago.
+
+    :raises RigError: if the sampling is too slow
+    """
 
     def __init__(self, balance: ForceBalance, interval: float) -> None:
         self.delay_samples = delay_samples(interval)

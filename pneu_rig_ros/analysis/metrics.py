@@ -11,7 +11,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from pneu_rig_ros.analysis.friction import CUTOFF, ForceBalance, friction_zero_phase
+from pneu_rig_ros.analysis.friction import ForceBalance, can_estimate, friction_zero_phase
 from pneu_rig_ros.analysis.motion import Cycle, cycles_of
 from pneu_rig_ros.analysis.velocity import velocity_of
 from pneu_rig_ros.arrays import Floats
@@ -113,7 +113,7 @@ def derived_signals(
         'pressure_1': pressure_1,
         'pressure_2': pressure_2,
     }
-    if balance is not None and 2.0 * CUTOFF * interval < 1.0:
+    if balance is not None and can_estimate(interval):
         found['friction'] = friction_zero_phase(
             position, pressure_1, pressure_2, interval, balance
         )

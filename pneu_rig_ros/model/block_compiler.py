@@ -6,9 +6,11 @@ does the same again with whatever calls it. For blocks that is a third of the ti
 plant, and nothing of it is used: the outermost function is optimised as a whole. Numba lets a
 function have a compiler of its own by ``pipeline_class`` (Numba's developer manual, "Customizing
 the Compiler").
+
+A block has no environment: an exception that it raises may have constant arguments only, and it
+cannot print.
 """
 
-from collections.abc import Callable
 from typing import Any
 
 from numba.core.codegen import JITCodeLibrary
@@ -37,12 +39,10 @@ class BlockLowering(NativeLowering):
     def run_pass(self, state: Any) -> bool:
         """Lower a block; register it under a key in place of the function that Python calls."""
         library = BlockLibrary(state.targetctx.codegen(), state.func_id.func_qualname)
-        library.enable_object_caching()
         state.library, state.flags.no_compile = library, True
         super().run_pass(state)
-        key: Callable[
-            [Any], None
-        ] = [].append  # Numba takes any built-in function; this one is like no other
+        # what callers look the block up by; it raises if Python calls the block
+        key: Any = {}.__getitem__
         state.targetctx.insert_user_function(key, state['cr'].fndesc, [library])
         state['cr'] = state['cr']._replace(cfunc=key)
         return True
@@ -54,9 +54,8 @@ class BlockCompiler(CompilerBase):
     def define_pipelines(self) -> list[Any]:
         """Return the passes."""
         passes = DefaultPassBuilder.define_nopython_pipeline(self.state)
-        passes.passes = [
-            (BlockLowering if each is NativeLowering else each, description)
-            for each, description in passes.passes
-        ]
+        names = [each for each, _ in passes.passes]
+        index = names.index(NativeLowering)
+        passes.passes[index] = BlockLowering, passes.passes[index][1]
         passes.finalize()
         return [passes]

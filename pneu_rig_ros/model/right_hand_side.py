@@ -80,7 +80,7 @@ class Part:
         states = ''
         if self.effect.as_array:
             own = f'row[{values.start}:{values.stop}]'
-        if self.effect.as_array or self.effect.takes_states:
+        if self.effect.takes_states:
             states = f', state[{self.start}:{self.end}], rate[{self.start}:{self.end}]'
         return f'a, b = contribution_{self.index}(seen, model, {own}{states})'
 
@@ -92,8 +92,10 @@ def _sum(balance: Balance, parts: Sequence[Part]) -> Contribution:
     An effect that does not act costs next to nothing. All are written out in one function, as each
     function of its own takes time to compile.
     """
-    chain = CHAINS.get(balance)
-    blocks: dict[str, Any] = {'behind': chain, 'factors': factors}
+    blocks: dict[str, Any] = {'factors': factors}
+    seen = 'signals'
+    if balance in CHAINS:
+        blocks['behind'], seen = CHAINS[balance], 'behind(signals, total[0], total[1])'
     steps = []
     for part in parts:
         blocks[f'own_{part.index}'] = part.effect.parameters
@@ -101,7 +103,7 @@ def _sum(balance: Balance, parts: Sequence[Part]) -> Contribution:
         steps += [
             f'row = model.effects[{part.index}]',
             f'if row[{ACTS}] != 0.0:',
-            f'    seen = {"behind(signals, total[0], total[1])" if chain else "signals"}',
+            f'    seen = {seen}',
             f'    {part.call}',
             f'    if row[{COUNT}] != 0.0:',
             '        factor_1, factor_2 = factors(row, seen, model.gas)',

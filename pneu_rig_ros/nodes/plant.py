@@ -29,6 +29,8 @@ from pneu_rig_ros.rig.valve_drive import valve_voltages
 LATE_SHARE = 0.01
 """Share of late ticks [-] above which diagnostics warn."""
 
+SHORTEST_INTERVAL = 100_000
+"""Between two samples [ns], as in a configuration."""
 RUNTIME = ('supply_pressure', 'load_mass')
 """Quantities that may change while the rig runs."""
 
@@ -72,7 +74,15 @@ class PlantNode(ManagedNode):
             -1,
             LARGEST_INTEGER,
         ),
-        Parameter('interval_ns', 0, 'sampling interval; 0: that of the cylinder', 'ns', 0, 10**9),
+        Parameter(
+            'interval_ns',
+            0,
+            'sampling interval; 0: that of the cylinder',
+            'ns',
+            0,
+            10**9,
+            constraint='0, or at least 100000',
+        ),
         Parameter(
             'speed',
             1.0,
@@ -138,6 +148,8 @@ class PlantNode(ManagedNode):
             **{name: self.number(name) for name in OVERRIDES},
         )
         interval_ns = int(self.number('interval_ns')) or configuration.interval_ns
+        if interval_ns < SHORTEST_INTERVAL:
+            raise RigError(f'plant: interval_ns {interval_ns} ns, allowed 0 or 100000 to 1e9')
         return replace(configuration, interval_ns=interval_ns)
 
     def _checked_period_ns(self) -> int:

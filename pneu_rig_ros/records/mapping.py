@@ -59,7 +59,7 @@ _LAYOUT: dict[str, tuple[Callable[[Any], bool], str]] = {
     'skip_after_header': (_is_count, 'must be a number of lines'),
     'header': (lambda value: value in (None, 'auto', True, False), 'allowed: true, false, auto'),
 }
-"""Key of the form of a table -> check of its value, and what is allowed."""
+"""Key of the layout of a table -> check of its value, and what is allowed."""
 
 _SIGNAL = ('column', 'unit', 'gauge', 'scale', 'offset')
 _TOPIC = ('topic', 'field', 'unit', 'gauge', 'scale', 'offset')

@@ -141,3 +141,11 @@ def test_reset_forgets_the_samples() -> None:
 def test_too_short_a_record_is_refused() -> None:
     with pytest.raises(RigError, match='3 samples, at least 4'):
         acceleration_zero_phase(np.zeros(3), INTERVAL)
+
+
+@pytest.mark.parametrize('interval', [0.016, 0.02])
+def test_too_slow_sampling_is_refused(interval: float) -> None:
+    with pytest.raises(RigError, match=f'every {1e3 * interval:g} ms is too slow'):
+        CausalFriction(BALANCE, interval)
+    with pytest.raises(RigError, match='too slow for the 32 Hz filter'):
+        acceleration_zero_phase(np.zeros(100), interval)

@@ -132,7 +132,11 @@ def test_page_and_figures_are_those_of_the_answers_kept(tmp_path: Path) -> None:
 
 QUOTED = {
     'an effect by another formula': (foreign_scores, 'blind_foreign', 'foreign_mechanism'),
-    'an effect by a held-back formula': (foreign_scores, 'blind_foreign', 'second_mechanism'),
+    'an effect by a formula of a second list': (
+        foreign_scores,
+        'blind_foreign',
+        'second_mechanism',
+    ),
     'two effects by other formulas': (foreign_scores, 'blind_foreign', 'foreign_pairs_both'),
     'a mechanism not in the library': (foreign_scores, 'blind_foreign', 'foreign_unknown'),
     'a strong cause among weak nuisances': (foreign_scores, 'blind_foreign', 'nuisance_cause'),

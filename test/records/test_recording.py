@@ -17,6 +17,7 @@ from pneu_rig_ros.records.topics import TOPICS
 from pneu_rig_ros.rig import Rig, Sample, load_configuration
 from pneu_rig_ros.rig.sensors import sensor_noise
 from pneu_rig_ros.rig.valve_drive import DAC_STEP, valve_voltages, voltages_of
+from pneu_rig_ros.simulate import simulate
 
 STEP = 1_160_000
 
@@ -72,6 +73,13 @@ def test_grid_is_exact(bag: Path) -> None:
     assert record.stamps.tolist() == [STEP * k for k in range(863)]
     assert record.duration == pytest.approx(0.99992)
     np.testing.assert_array_equal(record.arrival_ns, record.stamps)
+
+
+def test_bag_of_a_slow_rig_has_a_finite_velocity_and_no_friction(tmp_path: Path) -> None:
+    slow = replace(load_configuration('cylinder_2'), interval_ns=16_000_000)
+    record = read_recording(simulate(slow, 0.34, 2.0, tmp_path / 'slow'))
+    assert 'friction' not in record.counts
+    assert np.abs(record['velocity']).max() < 1.0
 
 
 def test_missing_samples_are_named_by_stamp_and_bridged(tmp_path: Path) -> None:

@@ -112,7 +112,7 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
     deviations, noise = system.each_recording, _noise(recording, sensors, zero)
     worn = system.rig is not None and system.uncalibrated  # no such rig is kept like new
     differs = dict(system.repeatability)
-    level_error = max(FRICTION_ERROR if worn else 0.0, differs.pop(FRICTION_LEVEL, 0.0))
+    level_ratio = max(FRICTION_ERROR if worn else 0.0, differs.pop(FRICTION_LEVEL, 0.0))
     position, notes, force = signal('position', 0.0), recording.notes, None
     if on_bench(recording):
         force, recorded = np.array(recording['force']), position
@@ -137,7 +137,7 @@ def prepare_run(recording: Recording, system: System, path: Path) -> Run:
         deviations.get(CLOCK_OFFSET, 0.0),
         deviations.get(INITIAL_TEMPERATURE, 0.0),
         differs,
-        level_error * model.friction.coulomb_force,
+        level_ratio * model.friction.coulomb_force,
         notes=notes,
     )
     return run.with_delay(0.0) if run.delay_sd > 0.0 else run

@@ -12,9 +12,9 @@ from pneu_rig_ros.diagnosis.search.profiles import adopt, rival_profile
 from pneu_rig_ros.diagnosis.search.scoring import (
     LITTLE_LEFT,
     MOST_LEFT,
-    MOST_LEFT_DISCREPANT,
     MOST_LEFT_REPORTED,
     MUCH_BETTER,
+    NEARLY_ALL_LEFT,
     NEGLIGIBLE,
     Data,
     ScoredFit,
@@ -54,14 +54,14 @@ class NameTest(NamedTuple):
         if self.likelier and (much_better or as_simple):
             return False
         if self.discrepant and self.is_effect:
-            return self.left <= MOST_LEFT_DISCREPANT
+            return self.left <= NEARLY_ALL_LEFT
         # a parameter keeps the form of the model: much of what it leaves has another cause
         if self.reported > (MOST_LEFT_REPORTED if self.is_effect else LITTLE_LEFT):
             return False
         if self.likelier and NOISE_ERROR * self.described < self.left:
             return self.left <= LITTLE_LEFT
         # else most of what is left is noise if the name is true
-        return self.left <= (MOST_LEFT_DISCREPANT if self.reported <= LITTLE_LEFT else MOST_LEFT)
+        return self.left <= (NEARLY_ALL_LEFT if self.reported <= LITTLE_LEFT else MOST_LEFT)
 
 
 def name_or_description(

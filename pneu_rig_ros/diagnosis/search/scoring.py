@@ -34,13 +34,16 @@ LIKELY = 3.0
 LARGEST_CHANCE = 100.0
 """Improvement that no cause has by chance [-]."""
 LITTLE_LEFT = 0.2
-"""Largest share of the excess that a named cause may leave where a formula leaves less [-]."""
+"""Share of the excess that counts as little: a name may leave it where a formula leaves less."""
 MOST_LEFT = 0.5
-"""The same where no formula does: a cause has to explain most of the excess [-]."""
+"""Largest share that a name may leave where no formula leaves less: it has to explain most."""
 MOST_LEFT_REPORTED = 0.75
 """The same as it is reported: with the noise that the data have if the name is true [-]."""
-MOST_LEFT_DISCREPANT = 0.95
-"""The same of an effect where all models are far off: those of real seals close a tenth [-]."""
+NEARLY_ALL_LEFT = 0.95
+"""
+The same where little is left as reported; and of an effect where all models are far off: those of
+real seals close a tenth [-].
+"""
 MUCH_BETTER = 0.5
 """Empirical terms take the place of a name that leaves more than their excess by this factor."""
 NEGLIGIBLE = 0.03
