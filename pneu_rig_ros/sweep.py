@@ -188,9 +188,11 @@ def sweep(
     :param longest: a stroke is given up after this time [s]
     :param executor: where strokes are simulated
     :param progress: called with the number of completed strokes
-    :raises RigError: when values of a point contradict each other
+    :raises RigError: when ``u`` is missing, or values of a point contradict each other
     """
     points, names = grid(axes), tuple(one.name for one in axes)
+    if 'u' not in names:
+        raise RigError('sweep: the command u is missing; give it as an axis')
     blocks = [points[i : i + BLOCK] for i in range(0, len(points), BLOCK)]
     done = map_tasks(
         executor,

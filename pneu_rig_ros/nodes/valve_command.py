@@ -15,7 +15,7 @@ from pneu_rig_ros.records.cdr_encoding import pack_valve_voltages
 from pneu_rig_ros.rig.valve_drive import checked_command, valve_voltages
 
 LEAST_INTERVAL_NS = 500_000
-"""Between two updates [ns]: half a sampling interval, at any rate of commands."""
+"""Shortest time between two answers in real time [ns], at any rate of commands."""
 
 HIGHEST_RATE = 2000.0
 """Diagnostics warn of a higher rate of commands [Hz]: more than two per sample are useless."""

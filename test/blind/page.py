@@ -39,10 +39,10 @@ LEAST_CUT = 0.05
 TEXT = """# Blind trials
 
 Written by `make blind`. The second plant of these trials shares the functional forms of the
-library: an effect that is hidden has the formula under which the library knows it. Nothing here
-says how the workflow does where it has not. Trials that were looked at while the workflow was
-built are not blind; those reported here were drawn afresh, strengths, cylinders and sizes of the
-systems, from seed {seed}, and run once, at git {ran_at}.
+library: an effect that is hidden has the formula under which the library knows it. Laws with
+other formulas are hidden in [a foreign world](blind_foreign.md). Trials that were looked at while
+the workflow was built are not blind; those reported here were drawn afresh, strengths, cylinders
+and sizes of the systems, from seed {seed}, and run once, at git {ran_at}.
 
 The workflow of `pneu-rig diagnose` gets recordings and a model file and nothing else. Recordings
 come from a second plant (`test/blind`: SciPy's LSODA, for gas alone Runge-Kutta; none of the

@@ -64,6 +64,11 @@ def test_a_grid_that_is_too_large_or_twice_the_same_is_refused() -> None:
         check_size([axis('u', '0:1:1001'), axis('load_mass', '0:1:1001')])
 
 
+def test_a_grid_without_a_command_is_refused() -> None:
+    with pytest.raises(RigError, match='command u is missing'):
+        sweep(RIG, [axis('load_mass', '0,1')], 20.0, SerialExecutor())
+
+
 def test_numbers_are_those_of_a_single_run() -> None:
     row = sweep(RIG, [axis('u', '0.5')], 60.0, SerialExecutor())[0]
     interval = RIG.interval_ns * 1e-9
