@@ -5,6 +5,7 @@ import time
 from collections.abc import Iterator
 from dataclasses import replace
 from functools import partial
+from typing import cast
 
 from rcl_interfaces.msg import SetParametersResult
 from rclpy.parameter import Parameter as RosParameter
@@ -12,7 +13,7 @@ from std_srvs.srv import SetBool, Trigger
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import FRICTION_MODELS
-from pneu_rig_ros.model.quantity import LARGEST_INTEGER
+from pneu_rig_ros.model.quantity import LARGEST_INTEGER, Quantity, specifications
 from pneu_rig_ros.nodes import runner
 from pneu_rig_ros.nodes.diagnostics import NodeStatus
 from pneu_rig_ros.nodes.managed_node import ManagedNode
@@ -22,15 +23,13 @@ from pneu_rig_ros.records.cdr_decoding import unpack_valve_voltages
 from pneu_rig_ros.records.cdr_encoding import PlantMessages, pack_string
 from pneu_rig_ros.records.description import describe
 from pneu_rig_ros.rig import Rig, RigConfiguration, load_configuration
-from pneu_rig_ros.rig.configuration import OVERRIDES
+from pneu_rig_ros.rig.configuration import OVERRIDES, Sampling
 from pneu_rig_ros.rig.urdf import robot_description
 from pneu_rig_ros.rig.valve_drive import valve_voltages
 
 LATE_SHARE = 0.01
 """Share of late ticks [-] above which diagnostics warn."""
 
-SHORTEST_INTERVAL = 100_000
-"""Between two samples [ns], as in a configuration."""
 RUNTIME = ('supply_pressure', 'load_mass')
 """Quantities that may change while the rig runs."""
 
@@ -148,8 +147,7 @@ class PlantNode(ManagedNode):
             **{name: self.number(name) for name in OVERRIDES},
         )
         interval_ns = int(self.number('interval_ns')) or configuration.interval_ns
-        if interval_ns < SHORTEST_INTERVAL:
-            raise RigError(f'plant: interval_ns {interval_ns} ns, allowed 0 or 100000 to 1e9')
+        cast(Quantity, specifications(Sampling)['interval']).check(interval_ns, 'interval_ns')
         return replace(configuration, interval_ns=interval_ns)
 
     def _checked_period_ns(self) -> int:

@@ -143,6 +143,7 @@ QUOTED = {
     'weak nuisances alone': (foreign_scores, 'blind_foreign', 'nuisance_alarm'),
     "an effect by the library's formula": (scores, 'blind', 'single_top1'),
     'an effect removed from the library': (scores, 'blind', 'unknown_recognised'),
+    'an effect, sensors not calibrated': (scores, 'blind', 'uncalibrated_top1'),
 }
 """Rows of the README -> where the figure is, and what is wanted."""
 
