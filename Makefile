@@ -127,9 +127,9 @@ format: $(READY)  ## mend what can be mended of the style
 	@$(BIN)/ruff format .
 
 .PHONY: lock
-lock:  ## write requirements.txt from setup.py (needs uv)
+lock: $(READY)  ## write requirements.txt from setup.py
 	@header="$$(sed -n '/^#/p' requirements.txt)" && \
-	uv pip compile setup.py --extra ros --extra test --extra bench --extra tables --extra scale --extra docs --universal --python-version 3.10 \
+	$(BIN)/uv pip compile setup.py --extra ros --extra test --extra bench --extra tables --extra scale --extra docs --universal --python-version 3.10 \
 	    --no-annotate --no-header --quiet --output-file requirements.txt > /dev/null && \
 	pins="$$(sed -E "/== 'win32'/d; s/ ; (sys_platform|platform_python|python_full_version < '3.14').*//" \
 	    requirements.txt)" && printf '%s\n' "$$header" "$$pins" > requirements.txt
@@ -145,18 +145,24 @@ PYTHON ?= $(shell for python in python3.11 python3.12 python3.13 python3.10 pyth
     $$python -c 'import sys; sys.exit(not (3, 10) <= sys.version_info < (3, 14))' 2> /dev/null \
     && echo $$python && break; done)
 
-$(READY): requirements.txt setup.py | $(BIN)/python
-	@echo 'Installing the pinned packages into $(VENV) (once, takes a minute or two) ...'
-	@$(BIN)/python -m pip install -qq --requirement requirements.txt \
-	    && $(BIN)/python -m pip install -qq --no-deps --no-build-isolation --editable . \
+# uv takes a tenth of pip's time; pip stands in where uv cannot, as it ignores pip's configuration.
+define install  # $(1): a virtual environment, $(2): what goes into it
+	@$(1)/bin/python -m pip install -qq 'uv<1' \
+	    && { $(1)/bin/uv pip install --quiet --python $(1)/bin/python $(2) \
+	    || $(1)/bin/python -m pip install -qq $(2); } \
 	    || { echo 'error: set-up failed (see above); check the network and run make again' >&2; exit 1; }
+endef
+
+$(READY): requirements.txt setup.py | $(BIN)/python
+	@echo 'Installing the pinned packages into $(VENV) (once, takes a minute) ...'
+	$(call install,$(VENV),--requirement requirements.txt)
+	$(call install,$(VENV),--no-deps --no-build-isolation --editable .)
 	@touch $@
 
 $(KILTED)/.ready: setup.py $(READY)
-	@echo 'Installing ROS 2 Kilted into $(KILTED) (once, takes a minute or two) ...'
+	@echo 'Installing ROS 2 Kilted into $(KILTED) (once, takes a minute) ...'
 	@$(BIN)/python -m venv --clear $(KILTED)
-	@$(KILTED)/bin/python -m pip install -qq --editable '.[kilted]' \
-	    || { echo 'error: set-up failed (see above); check the network and run make again' >&2; exit 1; }
+	$(call install,$(KILTED),--editable '.[kilted]')
 	@touch $@
 
 $(BIN)/python:

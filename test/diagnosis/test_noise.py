@@ -14,6 +14,7 @@ from pneu_rig_ros.diagnosis.residuals.balances import Comparison, Residuals
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset, loss, pseudo_huber
 from pneu_rig_ros.diagnosis.residuals.replicates import bench_force, inflation, simulate_replicate
 from pneu_rig_ros.diagnosis.residuals.whitening import Source, whitener
+from pneu_rig_ros.scenarios.hidden import CYLINDERS
 
 from .parts import BENCH, LEAKING, bench_run, system_file
 from .runs import configured, data_of, measured, runs_of, system_of
@@ -22,7 +23,13 @@ REPLICATES = 8
 SUPPLIES = (5e5, 6e5)
 
 
-@pytest.fixture(scope='module', params=['cylinder_1', 'cylinder_2', 'cylinder_3'])
+@pytest.fixture(
+    scope='module',
+    params=[
+        pytest.param(name, marks=[] if name == 'cylinder_2' else [pytest.mark.long])
+        for name in CYLINDERS
+    ],
+)
 def whitened(
     request: pytest.FixtureRequest, tmp_path_factory: pytest.TempPathFactory
 ) -> tuple[str, Residuals]:
