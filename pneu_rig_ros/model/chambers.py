@@ -1,5 +1,7 @@
 """Chambers and piston: volumes (Eq. 7), pressure build-up (Eq. 6), driving force (Eq. 2, 8)."""
 
+import math
+
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import Air
 from pneu_rig_ros.model.parameters import Cylinder
@@ -65,3 +67,9 @@ def driving_force(pressure_1: float, pressure_2: float, cylinder: Cylinder, gas:
     """
     a1, a2 = cylinder.cap_area, cylinder.rod_area
     return pressure_1 * a1 - pressure_2 * a2 - gas.atmospheric_pressure * (a1 - a2)
+
+
+@compiled
+def wall_area(volume: float, area: float) -> float:
+    """Return the wall [m^2] of a chamber of a volume [m^3] with a piston area [m^2]."""
+    return 2.0 * area + 2.0 * volume * math.sqrt(math.pi / area)

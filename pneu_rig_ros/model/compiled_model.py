@@ -98,9 +98,9 @@ class Ports(NamedTuple):
     """
     Control voltages [V] and supply pressures [Pa, absolute] of the valves.
 
-    The commanded voltages and the supply pressures of the regulator; for ``MASS`` both as they are
-    at the ports, the contributions to ``SPOOL`` and ``SUPPLY`` in them (``SUPPLY`` sees the
-    voltages at the ports).
+    The commanded voltages and the supply pressures of the regulator; for ``MASS`` and ``HEAT``
+    both as they are at the ports, the contributions to ``SPOOL`` and ``SUPPLY`` in them
+    (``SUPPLY`` sees the voltages at the ports).
     """
 
     voltage_1: float

@@ -132,7 +132,7 @@ def build_gas_rates(contributions: Contributions) -> Callable[..., None]:
         supply_1, supply_2 = add_supply(at_spools, model, state, rate)
         at_ports = behind_supply(at_spools, supply_1, supply_2)
         leak_1, leak_2 = add_mass(at_ports, model, state, rate)
-        heat_1, heat_2 = add_heat(s, model, state, rate)
+        heat_1, heat_2 = add_heat(at_ports, model, state, rate)
         u1, u2, ps1, ps2 = at_ports.ports
         p1, p2, v1, v2 = s.gas.pressure_1, s.gas.pressure_2, s.gas.volume_1, s.gas.volume_2
         flow_1 = valve.mass_flow(u1, p1, ps1, model.valve, gas)

@@ -151,6 +151,13 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
         'coefficient': _by_size(8.0, 25.0, 80.0),
         'exponent': _by_size(0.8, 0.8, 0.5),
     },
+    # inflows of 2e-5 to 1.4e-4 kg/s: 0.03 to 0.4 W/K while they last, strong 0.4 to 5
+    'jet_convection': {
+        'coefficient': _by_size(15.0, 50.0, 160.0),
+        'decay_time': _by_size(0.2, 0.4, 0.8),
+    },
+    # gas of 0.2 to 3 g, 0.7 J/(g K): 0.03 to 0.4 W/K, strong 0.3 to 4
+    'gas_mass_heat_transfer': {'rate': _by_size(0.2, 0.6, 2.0)},
     # a full stroke at 2 bar draws 0.35 to 1.5 g: 2 to 7 kPa, strong 20 to 90
     'supply_tank': {'fall': _by_size(5e6, 2e7, 6e7), 'recovery_time': _by_size(3.0, 10.0, 30.0)},
     # at the place two to three times as much as cross_piston_leak

@@ -6,12 +6,13 @@ Numba unpacks a flat array in a fraction of a microsecond, a record of sixty fie
 
 (
     X, V, P1, P2, Z, H, M1, M2, LINE_1, LINE_2, SPOOL_1, SPOOL_2, WARMTH, STRETCH, LOAD_V,
-    TRAVEL, ELAPSED, TANK, SEAL,
-) = range(19)  # fmt: skip
+    TRAVEL, ELAPSED, TANK, SEAL, JET_1, JET_2,
+) = range(21)  # fmt: skip
 """State: position [m], velocity [m/s], pressures [Pa], bristle deflection [m], film [-], gas
 masses [kg], flows out of the lines [kg/s], spools [V], warmth [-], stretch [m], velocity of the
-load [m/s], way gone [m] and time [s] so far, what a tank lacks [Pa], deflection of a seal [m]."""
-STATES = 19
+load [m/s], way gone [m] and time [s] so far, what a tank lacks [Pa], deflection of a seal [m],
+flows that stir the gas [0.1 g/s]."""
+STATES = 21
 
 (
     STICKING, CONTACT, REST_START, SLIDE_START, SHARE, HELD, TARGET_1, TARGET_2, ANCHORS,
@@ -78,6 +79,7 @@ HIDDEN = (
     'forced_convection.coefficient', 'forced_convection.exponent', 'supply_tank.fall',
     'supply_tank.recovery_time', 'seal_elasticity.limit', 'seal_elasticity.reach',
     'local_piston_leak.area', 'local_piston_leak.place', 'local_piston_leak.width',
+    'jet_convection.coefficient', 'jet_convection.decay_time', 'gas_mass_heat_transfer.rate',
 )  # fmt: skip
 """What can be hidden in the equations, effect.parameter, in the order of the places below."""
 (
@@ -87,7 +89,8 @@ HIDDEN = (
     PORES_POWER, CONVECTION_1, CONVECTION_2, CONVECTION_POWER, LIP, LIP_POWER, TRAVEL_RATE,
     TRAVEL_LIMIT, TIME_RATE, TIME_LIMIT, TAPER, LINE_DROP, VOLT_TIME, LOST, LOST_GAMMA, LOST_POWER,
     BELL, BELL_PLACE, BELL_WIDTH, STATIC_ASYMMETRY, STATIC_ONE_SIDE, FORCED, FORCED_POWER,
-    TANK_FALL, TANK_TIME, SEAL_LIMIT, SEAL_REACH, WORN, WORN_PLACE, WORN_WIDTH,
+    TANK_FALL, TANK_TIME, SEAL_LIMIT, SEAL_REACH, WORN, WORN_PLACE, WORN_WIDTH, JET, JET_TIME,
+    BY_GAS_MASS,
 ) = range(len(HIDDEN))  # fmt: skip
 NONE_HIDDEN = {'nonlinear_opening.intake_exponent': 1.0,
                'nonlinear_opening.exhaust_exponent': 1.0, 'friction_warm_up.work': 1.0,
@@ -99,7 +102,7 @@ NONE_HIDDEN = {'nonlinear_opening.intake_exponent': 1.0,
                'static_friction_recovery.dwell_exponent': 0.5,
                'local_friction.width': 0.1, 'forced_convection.exponent': 0.8,
                'supply_tank.recovery_time': 1.0, 'seal_elasticity.reach': 3e-4,
-               'local_piston_leak.width': 0.1}  # fmt: skip
+               'local_piston_leak.width': 0.1, 'jet_convection.decay_time': 0.1}  # fmt: skip
 """Values with which an effect is absent, where they are not zero."""
 
 FOREIGN, WIDTH = len(HIDDEN), 4

@@ -48,7 +48,13 @@ def balanced(
     }
 
 
-HEAT = 'wall_heat_transfer', 'natural_convection', 'forced_convection'
+HEAT = (
+    'wall_heat_transfer',
+    'natural_convection',
+    'forced_convection',
+    'jet_convection',
+    'gas_mass_heat_transfer',
+)
 DROOP, CURVE = ('supply_droop', 'supply_tank'), ('nonlinear_opening',)
 LEAK = 'chamber_leak', 'porous_leak'
 CROSS, NULL = ('cross_piston_leak', 'local_piston_leak'), ('valve_null_leak',)

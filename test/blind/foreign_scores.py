@@ -50,6 +50,8 @@ MATCHED = {
     'bowed_position': 87,
     'eddy_current_spool': 87,
     'saturating_opening': 93,
+    'inflow_heat': 100,
+    'stirred_gas_heat': 100,
 }
 """Form that was found missing -> seed from which the library has its formula."""
 PROBABILITIES = 0.0, 0.2, 0.4, 0.6, 0.8, 1.01

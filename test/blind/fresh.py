@@ -36,6 +36,7 @@ ADDED = (
     'time_dependent_friction',
     'bore_taper',
 )
+FURTHER = ('jet_convection', 'gas_mass_heat_transfer')
 LATEST = ('direction_dependent_viscous_friction',)
 NEWEST = (
     'line_resistance',
@@ -49,7 +50,7 @@ NEWEST = (
     'local_piston_leak',
 )
 """Effects that came later, and later still: drawn apart, so that earlier draws stay the same."""
-SETTLED = tuple(name for name in EFFECTS if name not in (*ADDED, *LATEST, *NEWEST))
+SETTLED = tuple(name for name in EFFECTS if name not in (*ADDED, *LATEST, *NEWEST, *FURTHER))
 RIG_PARTS = ('single', 'none', 'parameter', 'pair', 'triple', 'removed', 'uncalibrated')
 SYSTEM_PARTS = (*SYSTEMS, ONE_PRESSURE)
 FRESH_PARTS = (*RIG_PARTS, *SYSTEM_PARTS)
@@ -96,6 +97,7 @@ def drawn(seed: int = SEED) -> list[Trial]:
         _triple,
         partial(_singles, names=LATEST),
         partial(_singles, names=NEWEST),
+        partial(_singles, names=FURTHER),
     )
     return shuffled(
         [

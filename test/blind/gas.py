@@ -207,6 +207,32 @@ def heated(
 
 
 @block
+def stirred(
+    y: np.ndarray,
+    dy: np.ndarray,
+    i: int,
+    volume: float,
+    flow: float,
+    c: np.ndarray,
+    e: np.ndarray,
+) -> float:
+    """
+    Heat [W] that the gas of a chamber, 0 or 1, takes from its wall by its own motion.
+
+    As much for each gram, or as jets of the inflow [kg/s] stir it, Nu as Re^0.67 of a flow that
+    lags.
+    """
+    if e[at.JET] + e[at.BY_GAS_MASS] == 0.0:
+        return 0.0
+    area, mass = c[at.A1 + i], y[at.M1 + i]
+    dy[at.JET_1 + i] = (1e4 * max(flow, 0.0) - y[at.JET_1 + i]) / e[at.JET_TIME]
+    wall = 2.0 * area + 4.0 * volume / math.sqrt(4.0 * area / math.pi)
+    jets = e[at.JET] * wall * max(y[at.JET_1 + i], 0.0) ** 0.67
+    for_each_gram = e[at.BY_GAS_MASS] * mass * c[at.R] / (c[at.KAPPA] - 1.0)
+    return (jets + for_each_gram) * (c[at.T_S] - y[at.P1 + i] * volume / (mass * c[at.R]))
+
+
+@block
 def volume_of(y: np.ndarray, i: int, c: np.ndarray) -> float:
     """Volume [m^3] of a chamber, 0 or 1."""
     if i == 0:
@@ -261,6 +287,7 @@ def foreign_rates(
         flow -= second.side_flow(y, dy, i, c, e)
         volume = volume_of(y, i, c)
         warmth = second.heat(y, dy, i, volume, flow, c, e) + heated(y, i, pressure, volume, c, e)
+        warmth += stirred(y, dy, i, volume, net, c, e)
         dy[at.M1 + i] = flow
         work = k * (rt * flow - sign * pressure * c[at.A1 + i] * y[at.V]) + (k - 1.0) * warmth
         dy[at.P1 + i] = work / foreign.stiffened(volume, pressure, c, e)
@@ -294,4 +321,5 @@ def gas_rates(
         flow -= pores(pressure, e[at.PORES_1 + i], c, e)
         dy[at.M1 + i] = flow
         dy[at.P1 + i] = k / volume * (rt * flow - sign * pressure * c[at.A1 + i] * y[at.V])
-        dy[at.P1 + i] += (k - 1.0) / volume * heated(y, i, pressure, volume, c, e)
+        warmth = heated(y, i, pressure, volume, c, e) + stirred(y, dy, i, volume, net, c, e)
+        dy[at.P1 + i] += (k - 1.0) / volume * warmth

@@ -16,7 +16,7 @@ from .circumstances import AS_STATED, PSI_BY_BAR, WRONG, as_it_is, command_delay
 from .foreign import FORMS, KNOWN, UNKNOWN
 from .foreign_page import COUNTED
 from .foreign_trials import ALONE, COUNTS, FOREIGN_PARTS, SECOND_PARTS, drawn_foreign, together
-from .forms import ALL_STRENGTHS, mechanism
+from .forms import ALL, ALL_STRENGTHS, mechanism
 from .fresh import FRESH, drawn
 from .make_trial import find
 from .places import balance_of
@@ -179,7 +179,7 @@ ANSWERS = [
         effects=['chamber_leak', 'position_dependent_friction'],
         least_visibility=5.0,
     ),
-    answer('second', ['inflow_heat'], 'effect', effects=['forced_convection'], cut=0.97),
+    answer('second', ['pressed_slit_leak'], 'effect', effects=['porous_leak'], cut=0.97),
     answer('second', ['darcy_line'], 'effect', effects=['valve_lag'], cut=0.6),
     answer('second', ['darcy_line'], 'effect', effects=['valve_lag'], visibility=1.0),
     answer('second_unknown', ['side_volume'], 'unknown', balance='gas', cut=0.1),
@@ -225,7 +225,7 @@ def test_tables_have_a_row_for_each_figure_and_form() -> None:
     text = foreign_scores.headline(ANSWERS)
     assert text.count('\n| `') == len(foreign_scores.WANTED)
     rows = foreign_scores.by_form(ANSWERS)
-    heat = 'wall_heat_transfer, natural_convection, forced_convection'
+    heat = ', '.join(ALL['woschni_heat'].mechanism)
     assert f'| `woschni_heat` | gas | {heat} | 1 of 1 | wall_heat_transfer |' in rows
     assert '| `detent` | force | - | 1 of 1 | unknown |' in rows
     assert '| `compressor_pulsation` | gas | - | 0 of 1 | unknown |' in rows

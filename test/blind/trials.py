@@ -77,7 +77,13 @@ PAIRS = (
 )
 ALIKE = (
     ('chamber_leak', 'porous_leak'),
-    ('wall_heat_transfer', 'natural_convection', 'forced_convection'),
+    (
+        'wall_heat_transfer',
+        'natural_convection',
+        'forced_convection',
+        'jet_convection',
+        'gas_mass_heat_transfer',
+    ),
     ('cross_piston_leak', 'local_piston_leak'),
     ('supply_droop', 'supply_tank'),
     ('presliding_hysteresis', 'seal_elasticity'),

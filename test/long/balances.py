@@ -44,6 +44,7 @@ UNBOUNDED = {
     'wall_heat_transfer',
     'natural_convection',
     'forced_convection',
+    'gas_mass_heat_transfer',
     'line_lag',
 }
 """Effects with which a pressure has other ways up than supply and piston."""
@@ -170,13 +171,15 @@ def _heat(
     cooled = effects.get('wall_heat_transfer', (0.0, 0.0))
     *convected, power = effects.get('natural_convection', (0.0, 0.0, 0.25))
     coefficient, growth = effects.get('forced_convection', (0.0, 0.8))
+    (rate,) = effects.get('gas_mass_heat_transfer', (0.0,))
+    capacity = rate * model.gas.gas_constant / (model.gas.heat_capacity_ratio - 1.0)
     areas = model.cylinder.cap_area, model.cylinder.rod_area
     rows, flows = zip(cooled, convected, areas, chambers, strict=True), []
     for newton, convection, area, (p, volume, mass) in rows:
         colder = model.gas.supply_temperature - p * volume / (mass * model.gas.gas_constant)
         wall = 2.0 * area + 2.0 * volume * math.sqrt(math.pi / area)
         conductance = newton + convection * (np.abs(colder) / 10.0) ** power
-        conductance += coefficient * wall * (p / 3e5) ** growth
+        conductance += coefficient * wall * (p / 3e5) ** growth + capacity * mass
         flows.append(_integral(conductance * colder, time))
     return flows[0], flows[1]
 

@@ -12,6 +12,7 @@ from numpy.typing import NDArray
 
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model import effects as library
+from pneu_rig_ros.model.effect import Balance
 from pneu_rig_ros.model.parameters import FRICTION_MODELS, SECTIONS
 from pneu_rig_ros.model.quantity import Choice, Quantity, QuantityList, specifications
 from pneu_rig_ros.rig import RigConfiguration, configuration_from_yaml, load_configuration
@@ -134,8 +135,13 @@ def _agreeing(model: Any, random: np.random.Generator, later: np.random.Generato
 
 @cache
 def _physical() -> tuple[str, ...]:
-    """Return the effects that stand for physics; the others describe what has no name."""
-    return tuple(name for name in library.names() if not library.load(name).describes)
+    """
+    Return the effects that stand for physics, without heat by states: no trajectory has these.
+
+    The others describe what has no name.
+    """
+    loaded = {name: library.load(name) for name in library.causes()}
+    return tuple(n for n, e in loaded.items() if not (e.balance is Balance.HEAT and e.states))
 
 
 def _effects(model: Any, wide: bool, random: np.random.Generator) -> dict[str, Any]:

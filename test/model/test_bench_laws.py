@@ -6,8 +6,22 @@ from typing import Any
 import numpy as np
 import pytest
 
+from pneu_rig_ros.model.chambers import pressure_rate, wall_area
+from pneu_rig_ros.model.valve import mass_flow
+
 from .rigs import SHUT, drive, plant_with
-from .test_effect_physics import AT_REST, COMPILED, GAS, LAW, MODEL, STROKE, contribute, settle
+from .test_effect_physics import (
+    AT_REST,
+    COMPILED,
+    GAS,
+    LAW,
+    MODEL,
+    STROKE,
+    SUPPLY,
+    VALVE,
+    contribute,
+    settle,
+)
 
 HELD: dict[str, Any] = {
     'breakaway_force': 1e4,
@@ -100,6 +114,36 @@ def test_forced_convection_grows_with_pressure_and_with_the_wall(exponent: float
     assert heat(3e5, area * length) == pytest.approx(-20.0 * wall * 10.0)
     assert heat(6e5, area * length) == pytest.approx(2.0**exponent * heat(3e5, area * length))
     assert heat(3e5, 0.0001 * area * length) == pytest.approx(-20.0 * 2.0 * area * 10.0, rel=1e-2)
+
+
+def test_gas_takes_on_the_temperature_of_the_wall_at_its_rate() -> None:
+    rate, warmer = 0.4, 20.0
+    gas = {'gas_mass_1': 1e-3, 'volume_1': 2e-4}
+    hot = GAS.supply_temperature + warmer
+    pressure = gas['gas_mass_1'] * GAS.gas_constant * hot / gas['volume_1']
+    heat = contribute('gas_mass_heat_transfer', (rate,), pressure_1=pressure, **gas)[0]
+    rise = pressure_rate(pressure, gas['volume_1'], 0.0, 0.0, heat, COMPILED.gas)
+    at_wall = pressure * GAS.supply_temperature / hot
+    assert rise == pytest.approx(rate * (at_wall - pressure))
+
+
+def test_jets_stir_the_gas_which_then_calms_down() -> None:
+    coefficient, decay, volume, pressure = 50.0, 0.4, 2e-4, 2e5
+    mass = pressure * volume / (GAS.gas_constant * (GAS.supply_temperature + 10.0))
+    gas = {'gas_mass_1': mass, 'pressure_1': pressure, 'volume_1': volume}
+    inward = {'voltage_1': 3.0, 'voltage_2': 2.0, **gas}
+    flow = mass_flow(3.0, pressure, SUPPLY, VALVE, COMPILED.gas)
+    stirred = settle('jet_convection', (coefficient, decay), 20.0 * decay, **inward)
+    assert stirred == pytest.approx([flow / 1e-4, 0.0], abs=1e-6)
+    heat, other, _ = contribute('jet_convection', (coefficient, decay), stirred, **inward)
+    wall = wall_area(volume, COMPILED.cylinder.cap_area)
+    assert heat == pytest.approx(-coefficient * (flow / 1e-4) ** 0.67 * wall * 10.0)
+    assert other == 0.0
+    calm = settle('jet_convection', (coefficient, decay), decay, stirred, **gas)
+    assert calm == pytest.approx(stirred / math.e, abs=1e-6)
+    assert contribute('jet_convection', (coefficient, decay), calm, **gas)[0] == pytest.approx(
+        math.exp(-0.67) * heat
+    )
 
 
 def test_friction_grows_with_a_power_of_each_pressure() -> None:

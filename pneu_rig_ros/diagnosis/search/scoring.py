@@ -147,10 +147,19 @@ def as_good_as(fit: ScoredFit, best: ScoredFit) -> bool:
 
 
 def preferred(fits: Sequence[ScoredFit]) -> ScoredFit:
-    """Return the simplest of those that are within two standard errors of the best."""
+    """
+    Return the simplest of those that are within two standard errors of the best.
+
+    Of the fewest parameters first: a parameter often imitates an effect whose formula is not quite
+    right, but hardly any effect a parameter.
+    """
     best = min(fits, key=lambda fit: fit.cost)
-    equivalent = [fit for fit in fits if as_good_as(fit, best)]
-    return min(equivalent, key=lambda fit: (len(fit.explanation.coordinates), fit.cost))
+
+    def order(fit: ScoredFit) -> tuple[int, int, float]:
+        own = fit.explanation
+        return sum(part.is_parameter for part in own.parts), len(own.coordinates), fit.cost
+
+    return min((fit for fit in fits if as_good_as(fit, best)), key=order)
 
 
 def best_of_each(fits: Sequence[ScoredFit]) -> list[ScoredFit]:

@@ -4,6 +4,7 @@ import math
 from typing import Annotated, NamedTuple
 
 from pneu_rig_ros.model import chambers
+from pneu_rig_ros.model.chambers import wall_area
 from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
 from pneu_rig_ros.model.effect import Balance, Effect, Regime
@@ -26,12 +27,6 @@ class Parameters(NamedTuple):
         float, Quantity('W/(m^2*K)', 0.0, 1e4, 'coefficient of heat transfer at 3 bar')
     ]
     exponent: Annotated[float, Quantity('-', 0.0, 1.0, 'power of the pressure')]
-
-
-@compiled
-def wall_area(volume: float, area: float) -> float:
-    """Return the wall [m^2] of a chamber of a volume [m^3] with a piston area [m^2]."""
-    return 2.0 * area + 2.0 * volume * math.sqrt(math.pi / area)
 
 
 @compiled
