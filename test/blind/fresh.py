@@ -151,7 +151,7 @@ def _singles(
 
 
 def _noisy(seed: int, random: Generator) -> Iterator[Trial]:
-    names = [name for name in EFFECTS if name not in (*LATEST, *NEWEST)]
+    names = [name for name in EFFECTS if name not in (*LATEST, *NEWEST, *FURTHER)]
     for noise in NOISES[1:]:
         groups = _alone(names, NOISY, random)
         for trial in _hiding(seed, f'single_{noise:g}', groups, random):

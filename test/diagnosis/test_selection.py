@@ -21,6 +21,7 @@ from pneu_rig_ros.diagnosis.search.scoring import (
     closes_the_gap,
     explains_alone,
     improves,
+    preferred,
     remaining_share,
     score,
 )
@@ -101,6 +102,33 @@ def test_cause_has_to_show_in_held_out_data_too(
     training: float, held_out: float, better: bool
 ) -> None:
     assert improves(scored(200.0 - training, 50.0 - held_out), scored(200.0, 50.0)) is better
+
+
+@pytest.mark.parametrize(
+    ('losses', 'first'),
+    [
+        ({'valve.intake_voltage': 0.0, 'valve_null_leak': 1.0}, 'valve_null_leak'),
+        ({'valve.intake_voltage': 0.0, 'valve_null_leak': 11.0}, 'valve.intake_voltage'),
+        ({'chamber_leak': 0.0, 'cross_piston_leak': 1.0}, 'cross_piston_leak'),
+        ({'valve.intake_voltage': 0.0, 'valve.exhaust_voltage': 1.0}, 'valve.intake_voltage'),
+    ],
+)
+def test_effect_goes_before_a_parameter_that_is_alike_and_one_value_before_two(
+    system: System, cycling: Cycling, losses: dict[str, float], first: str
+) -> None:
+    runs = [comparison.run for comparison in cycling.training.comparisons]
+    causes = {each.name: each for each in pool(system, runs)[0]}
+    by_chance = np.where(np.arange(20) % 2, 1.0, -1.0)
+    fits = [
+        replace(
+            scored(*(by_chance * index + more / 20)),
+            explanation=Explanation(cycling.hypothesis).with_part(
+                causes[name], causes[name].starts[0]
+            ),
+        )
+        for index, (name, more) in enumerate(losses.items())
+    ]
+    assert [part.name for part in preferred(fits).explanation.parts] == [first]
 
 
 def test_cycles_that_join_the_data_of_a_true_model_reproduce_nothing(cycling: Cycling) -> None:

@@ -1,5 +1,7 @@
 """Effects of another form: monotone factors, and knots where there is something to fit."""
 
+from functools import cache
+
 import numpy as np
 import pytest
 
@@ -7,17 +9,23 @@ from pneu_rig_ros.diagnosis.causes.candidates import effect_candidate
 from pneu_rig_ros.diagnosis.causes.shaped_effects import KNOTS, ShapedEffect, knots, shaped_effects
 from pneu_rig_ros.diagnosis.inputs.system import load_system
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.model import effects as library
 from pneu_rig_ros.model.shape import Shaped
 
 from .runs import configured, measured
 
 RIG = configured('cylinder_1')
-RUN = measured(load_system('cylinder_1'), 'run', RIG)
+
+
+@cache
+def measured_run() -> Run:
+    """Return a run of the rig, which is not simulated before a test asks for it."""
+    return measured(load_system('cylinder_1'), 'run', RIG)
 
 
 def shapes_of(name: str) -> list[ShapedEffect]:
-    return list(shaped_effects(effect_candidate(name), [RUN], 293.0))
+    return list(shaped_effects(effect_candidate(name), [measured_run()], 293.0))
 
 
 def test_each_variable_that_drives_an_effect_has_a_rising_and_a_falling_factor() -> None:
@@ -51,12 +59,13 @@ def test_factor_is_put_on_the_effect_as_it_was_fitted() -> None:
 
 @pytest.mark.parametrize('over', ['position', 'speed', 'pressure', 'dwell', 'opening'])
 def test_knots_lie_where_the_runs_were(over: str) -> None:
-    at = knots(over, [RUN], 293.0)
+    at = knots(over, [measured_run()], 293.0)
     assert at is not None
     assert len(at) == KNOTS
     assert np.all(np.diff(at) > 0.0)
 
 
 def test_variable_that_does_not_differ_has_no_factor() -> None:
-    still = RUN.with_readings(np.full(RUN.size, 0.1), RUN.pressures)
+    run = measured_run()
+    still = run.with_readings(np.full(run.size, 0.1), run.pressures)
     assert knots('position', [still], 293.0) is None
