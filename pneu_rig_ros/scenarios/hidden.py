@@ -151,7 +151,7 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
         'coefficient': _by_size(8.0, 25.0, 80.0),
         'exponent': _by_size(0.8, 0.8, 0.5),
     },
-    # inflows of 2e-5 to 1.4e-4 kg/s: 0.03 to 0.4 W/K while they last, strong 0.4 to 5
+    # inflows of 2e-5 to 1.4e-4 kg/s: 0.03 to 0.9 W/K while they last, strong 0.3 to 10
     'jet_convection': {
         'coefficient': _by_size(15.0, 50.0, 160.0),
         'decay_time': _by_size(0.2, 0.4, 0.8),

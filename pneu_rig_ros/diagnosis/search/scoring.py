@@ -150,8 +150,8 @@ def preferred(fits: Sequence[ScoredFit]) -> ScoredFit:
     """
     Return the simplest of those that are within two standard errors of the best.
 
-    Of the fewest parameters first: a parameter often imitates an effect whose formula is not quite
-    right, but hardly any effect a parameter.
+    That is the one with the fewest parameters of the model, then with the fewest fitted values: a
+    parameter often imitates an effect whose formula is not quite right, hardly any effect one.
     """
     best = min(fits, key=lambda fit: fit.cost)
 
