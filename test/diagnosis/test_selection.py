@@ -17,6 +17,7 @@ from pneu_rig_ros.diagnosis.search.scoring import (
     ANOTHER_CAUSE_LEAVES,
     LITTLE_LEFT,
     Data,
+    Grown,
     ScoredFit,
     closes_the_gap,
     explains_alone,
@@ -24,6 +25,7 @@ from pneu_rig_ros.diagnosis.search.scoring import (
     preferred,
     remaining_share,
     score,
+    stands_out,
 )
 from pneu_rig_ros.model import effects as library
 
@@ -88,6 +90,14 @@ def scored(*losses: float) -> ScoredFit:
     )
 
 
+def scored_cause(system: System, cycling: Cycling, name: str, *losses: float) -> ScoredFit:
+    """Return a cause with its first start and some losses."""
+    runs = [comparison.run for comparison in cycling.training.comparisons]
+    (cause,) = (each for each in pool(system, runs)[0] if each.name == name)
+    explanation = Explanation(cycling.hypothesis).with_part(cause, cause.starts[0])
+    return replace(scored(*losses), explanation=explanation)
+
+
 @pytest.mark.parametrize(
     ('training', 'held_out', 'better'),
     [
@@ -116,19 +126,33 @@ def test_cause_has_to_show_in_held_out_data_too(
 def test_effect_goes_before_a_parameter_that_is_alike_and_one_value_before_two(
     system: System, cycling: Cycling, losses: dict[str, float], first: str
 ) -> None:
-    runs = [comparison.run for comparison in cycling.training.comparisons]
-    causes = {each.name: each for each in pool(system, runs)[0]}
     by_chance = np.where(np.arange(20) % 2, 1.0, -1.0)
     fits = [
-        replace(
-            scored(*(by_chance * index + more / 20)),
-            explanation=Explanation(cycling.hypothesis).with_part(
-                causes[name], causes[name].starts[0]
-            ),
-        )
+        scored_cause(system, cycling, name, *(by_chance * index + more / 20))
         for index, (name, more) in enumerate(losses.items())
     ]
     assert [part.name for part in preferred(fits).explanation.parts] == [first]
+
+
+@pytest.mark.parametrize(
+    ('without', 'second', 'loss', 'alone'),
+    [
+        (120.0, 'valve.intake_voltage', 15.0, True),
+        (120.0, 'valve.intake_voltage', 5.0, False),  # as good a cause
+        (120.0, 'valve_null_leak', 5.0, True),  # the same in another form
+        (90.0, 'valve.intake_voltage', 15.0, False),  # weak
+    ],
+)
+def test_weak_cause_stands_out_if_no_other_explains_as_much(
+    system: System, cycling: Cycling, without: float, second: str, loss: float, alone: bool
+) -> None:
+    chosen = scored_cause(system, cycling, 'valve_null_leak', 0.0, 0.0)
+    grown = Grown(
+        [chosen, scored_cause(system, cycling, second, loss, 0.0)],
+        scored(without / 2, without / 2),
+    )
+    assert grown.chosen is chosen
+    assert stands_out(grown) is alone
 
 
 def test_cycles_that_join_the_data_of_a_true_model_reproduce_nothing(cycling: Cycling) -> None:

@@ -233,6 +233,19 @@ def remaining_share(dataset: Dataset, before: Hypothesis, after: Hypothesis) -> 
     return excess(dataset, after) / old if old > 0.0 else 0.0
 
 
+def stands_out(grown: Grown) -> bool:
+    """
+    Return whether the chosen cause gains more than by chance, and decisively more than any other.
+
+    What several weak effects leave is hardly the formula of one cause, so that others explain it
+    about as well. Other forms of an effect are the same cause.
+    """
+    chosen, cause = grown.chosen, grown.chosen.explanation.parts[-1]
+    others = [fit for fit in grown.fits if fit.explanation.parts[-1].effect != cause.effect]
+    gain = grown.before.cost - chosen.cost
+    return gain > LARGEST_CHANCE and all(fit.difference(chosen)[0] > DECISIVE for fit in others)
+
+
 def explains_alone(best: Fit, smaller: Hypothesis, searched: Dataset, data: Data) -> bool:
     """
     Return whether the last cause leaves nothing but noise where it acts, and more was left.
@@ -252,10 +265,7 @@ def explains_alone(best: Fit, smaller: Hypothesis, searched: Dataset, data: Data
         for name in BALANCES
         if rms(before[name]) > NOISE_ERROR and rms(after[name] - before[name]) > LEAST_EFFECT
     ]
-    if not acts or any(rms(each[name]) >= NOISE_ERROR for each in left for name in acts):
-        return False
-    share = remaining_share(data.held_out, best.explanation.given, best.hypothesis)
-    return share < MOST_LEFT
+    return bool(acts) and all(rms(each[name]) < NOISE_ERROR for each in left for name in acts)
 
 
 def closes_the_gap(held_out: Dataset, smaller: Hypothesis, accepted: Fit, causes: int = 1) -> bool:

@@ -19,11 +19,13 @@ import numpy as np
 from pneu_rig_ros.diagnosis.causes.candidates import Candidate, Explanation
 from pneu_rig_ros.diagnosis.causes.shaped_effects import ShapedEffect
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
+from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, fit
 from pneu_rig_ros.diagnosis.search.free_runs import free_runs_are_off, preferred_by_free_runs
 from pneu_rig_ros.diagnosis.search.growth import MOST_FITTED, Growth
 from pneu_rig_ros.diagnosis.search.scoring import (
     DECISIVE,
+    MOST_LEFT,
     NEGLIGIBLE,
     Grown,
     ScoredFit,
@@ -32,6 +34,7 @@ from pneu_rig_ros.diagnosis.search.scoring import (
     preferred,
     residual_excess,
     score,
+    stands_out,
 )
 
 MOST_CAUSES = 3
@@ -207,10 +210,7 @@ class Search(Growth):
         another_form = size == 2 and isinstance(accepted.explanation.parts[-1], ShapedEffect)
         enough = (size == 1 or another_form) and not self.training.runs_freely
         enough = enough or closes_the_gap(self.held_out, smaller, accepted)
-        searched = data.training
-        if enough and (
-            not self.only_weak or explains_alone(accepted, smaller, searched, self.data)
-        ):
+        if enough and (not self.only_weak or self._is_strong(grown, accepted, data.training)):
             return accepted
         further = None
         if size < MOST_CAUSES and not (enough or self.only_weak):
@@ -218,6 +218,17 @@ class Search(Growth):
         if further is None:
             self.best, self.data = best, data
         return further
+
+    def _is_strong(self, grown: Grown, accepted: ScoredFit, searched: Dataset) -> bool:
+        """
+        Return whether a cause is stronger than the weak effects that may make all that is left.
+
+        :param searched: the training data in which it was found, with the noise without it
+        """
+        if self.remaining() >= MOST_LEFT:
+            return False
+        smaller = grown.before.hypothesis
+        return stands_out(grown) or explains_alone(accepted, smaller, searched, self.data)
 
     def _with_one_more(
         self, beam: Sequence[Explanation], smaller: Hypothesis, size: int
