@@ -16,7 +16,7 @@ copyright = author
 release = version = installed('pneu_rig_ros')
 
 extensions = ['myst_parser']
-myst_heading_anchors = 3
+myst_heading_anchors = 4
 exclude_patterns = ['images']
 nitpicky = True
 suppress_warnings = [

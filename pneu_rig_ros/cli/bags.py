@@ -80,7 +80,7 @@ def view(bag: Path, out: Path | None, start: float | None, stop: float | None) -
 @options.command(
     'pneu-rig friction runs/BAG',
     'pneu-rig friction runs/BAG --csv friction.csv --png stroke.png',
-    'pneu-rig friction runs/BAG --json | jq .cycles[0].peak_friction',
+    'pneu-rig friction runs/BAG --json | jq ".cycles[0].peak_friction"',
 )
 @options.bag_argument
 @click.option('--csv', type=options.NewFile(), help='write the signals as CSV')
@@ -139,7 +139,7 @@ def _print_cycles(cycles: Sequence[Cycle]) -> None:
 
 @options.command(
     'pneu-rig repair runs/2026-01-31_12-00-00_cylinder_2',
-    'for bag in runs/*; do pneu-rig repair "$bag"; done',
+    'for bag in runs/*/; do pneu-rig repair "$bag"; done',
 )
 @options.bag_argument
 @options.output_options

@@ -59,7 +59,8 @@ RANKING = ('candidate', 'kind', 'stage', '>remaining excess', '>probability', ''
     multiple=True,
     type=options.PATH,
     metavar='BAG...',
-    help='held-out bags for validation  [default: every third BAG, of one its last third]',
+    help='held-out bags for validation, up to the next option'
+    '  [default: every third BAG; of two the second; of one its last third]',
 )
 @options.map_option(help='columns, signals and units of BAGs that are text tables (see import)')
 @options.out_directory(
@@ -67,7 +68,10 @@ RANKING = ('candidate', 'kind', 'stage', '>remaining excess', '>probability', ''
 )
 @options.seed_option(default=0, show_default=True, help='seed of the propagated sensor noise')
 @click.option(
-    '--without', multiple=True, metavar='EFFECT', help='exclude an effect from the candidates'
+    '--without',
+    multiple=True,
+    metavar='EFFECT',
+    help='exclude an effect from the candidates; repeatable',
 )
 @options.workers_options()
 @options.output_options

@@ -188,7 +188,7 @@ def _cell(value: float | str) -> str:
     'pneu-rig claims',
     'pneu-rig claims --html claims.html',
     'pneu-rig claims --reading plainest --no-neighbours',
-    'pneu-rig claims --reading my_reading.yaml --json | jq .[].holds',
+    'pneu-rig claims --reading my_reading.yaml --json | jq ".[].holds"',
     after='A reading is a YAML file with the values that differ from the shipped cylinders:\n'
     '  friction: {stop_velocity: 0.001 m/s, static_friction_reading: follows_clock}\n'
     '  operation: {rest_time: 900.0 s}\n',

@@ -155,6 +155,24 @@ def test_nothing_is_inherited(tmp_path: Path) -> None:
     assert 'moving_mass' not in system.to_yaml()
 
 
+@pytest.mark.parametrize(
+    ('law', 'missing'),
+    [
+        ('coulomb_viscous', ''),
+        ('lugre', 'friction.breakaway_force, friction.stribeck_velocity'),
+        ('revised_lugre', 'friction.film_velocity, friction.film_time_acceleration'),
+        ('revised_lugre_dwell', 'friction.dwell_coefficient, friction.memory_time'),
+    ],
+)
+def test_parameters_of_a_friction_law_are_not_inherited_either(
+    tmp_path: Path, law: str, missing: str
+) -> None:
+    system = load_system(system_file(tmp_path, BENCH.replace('coulomb_viscous', law)))
+    lacking = lacks(system, recording('position', 'pressure_2', 'force'))['force']
+    assert missing in lacking
+    assert bool(lacking) is bool(missing)
+
+
 def test_bench_whose_mass_is_not_given_has_no_inertia(tmp_path: Path) -> None:
     system = load_system(system_file(tmp_path, BENCH))
     assert system.hypothesis.model.total_mass < 2e-3

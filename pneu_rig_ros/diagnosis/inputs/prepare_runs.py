@@ -23,7 +23,7 @@ from pneu_rig_ros.diagnosis.residuals.nuisances import (
     USUAL,
 )
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model.parameters import Operation
+from pneu_rig_ros.model.parameters import FADES_WHILE_SLIDING, REVISED_LUGRE_DWELL, Operation
 from pneu_rig_ros.model.valve import CENTRE_VOLTAGE
 from pneu_rig_ros.records.conditions import apply_conditions, check_plausible
 from pneu_rig_ros.records.reading_noise import reading_noise
@@ -56,6 +56,13 @@ sensors are calibrated [-]: seals put in again differ by 5 to 13 %, from cycle t
 """
 SLOWEST_SAMPLING = 0.02
 """At a longer interval the breakaways of a free piston do not show [s]."""
+FRICTION_KEYS = (
+    ('coulomb_force', 'element_stiffness'),
+    ('breakaway_force', 'stribeck_velocity', 'stribeck_exponent'),
+    ('film_velocity', 'film_time_acceleration', 'film_time_deceleration', 'film_time_dwell'),
+    ('dwell_exponent', 'dwell_coefficient'),
+)
+"""Parameters that each of the friction laws needs beside those of the laws before it."""
 
 
 def prepare_runs(
@@ -237,7 +244,7 @@ def lacks(system: System, recording: Recording) -> dict[str, str]:
     needs = {
         'gas_1': _of_gas(system, 'cap', 1),
         'gas_2': _of_gas(system, 'rod', 2),
-        'force': _of_force(on_bench(recording)),
+        'force': _of_force(system, on_bench(recording)),
     }
     return {
         balance: ', '.join(need for need in each if not _known(need, system, recording))
@@ -259,9 +266,14 @@ def _of_gas(system: System, side: str, chamber: int) -> Iterator[str]:
     yield from ('signal position', f'signal pressure_{chamber}')
 
 
-def _of_force(bench: bool) -> Iterator[str]:
-    yield from ('cylinder.cap_area', 'cylinder.rod_area', 'cylinder.stroke')
-    yield from ('friction.model', 'friction.coulomb_force', 'friction.element_stiffness')
+def _of_force(system: System, bench: bool) -> Iterator[str]:
+    friction = system.hypothesis.model.friction
+    yield from ('cylinder.cap_area', 'cylinder.rod_area', 'cylinder.stroke', 'friction.model')
+    for keys in FRICTION_KEYS[: friction.model + 1]:
+        yield from (f'friction.{key}' for key in keys)
+    fades = friction.static_friction_reading == FADES_WHILE_SLIDING
+    if friction.model == REVISED_LUGRE_DWELL and fades:
+        yield 'friction.memory_time'
     if bench:
         yield from ('signal pressure_1 or pressure_2', 'signal position')
     else:
