@@ -188,7 +188,7 @@ def strokes(position: Floats, interval: float, noise: float = NOISE) -> list[tup
     return list(itertools.pairwise([*turns, position.size]))
 
 
-def stretches(flags: NDArray[np.bool_], gap: float) -> list[tuple[int, int]]:
+def stretches(flags: Flags, gap: float) -> list[tuple[int, int]]:
     """Return first and last + 1 sample of the stretches of true flags, across shorter gaps."""
     edges = np.diff(np.concatenate([[0], flags, [0]]).astype(np.int8))
     firsts, ends = np.flatnonzero(edges > 0), np.flatnonzero(edges < 0)

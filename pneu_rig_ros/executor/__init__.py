@@ -19,7 +19,14 @@ import signal
 import threading
 from collections import Counter
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import FIRST_COMPLETED, BrokenExecutor, Future, ProcessPoolExecutor, wait
+from concurrent.futures import (
+    FIRST_COMPLETED,
+    BrokenExecutor,
+    Future,
+    ProcessPoolExecutor,
+    ThreadPoolExecutor,
+    wait,
+)
 from concurrent.futures.process import BrokenProcessPool
 from multiprocessing import resource_tracker
 from typing import Any, Protocol, TypeVar
@@ -32,6 +39,23 @@ POLL_INTERVAL = 1.0
 """Of the number of workers, while no task completes [s]."""
 MOST_ATTEMPTS = 4
 """A task whose worker has died so many times fails; as many as Dask allows."""
+
+
+@functools.cache
+def _threads() -> ThreadPoolExecutor:
+    return ThreadPoolExecutor(os.cpu_count() or 1, 'run')
+
+
+def map_threads(function: Callable[..., Result], *arguments: Iterable[Any]) -> list[Result]:
+    """
+    Return the results of a function, in order, whatever the number of threads.
+
+    Compiled code releases the interpreter lock. The function may not call this one: all threads
+    could wait for each other.
+
+    :param arguments: of each call, one iterable a parameter
+    """
+    return list(_threads().map(function, *(list(values) for values in arguments)))
 
 
 class Executor(Protocol):

@@ -17,6 +17,7 @@ import numpy as np
 
 from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled import compiled
+from pneu_rig_ros.model.compiled_model import Signals
 from pneu_rig_ros.model.parameters import (
     COULOMB_VISCOUS,
     FILM_PRINTED,
@@ -71,20 +72,16 @@ def bristle_deflection_rate(velocity: float, bristle_force: float, level: float)
 
 
 @compiled
-def friction_direction(
-    velocity: float, sticking: bool, bristle_force: float, coulomb_force: float
-) -> float:
+def friction_direction(signals: Signals, friction: Friction) -> float:
     """
     Return the side to which friction is directed, 1 on the outstroke and -1 on the instroke [-].
 
     At rest it is that in which the bristles are bent; it turns within half of F_c, so that what
     depends on it has no jump.
-
-    :param bristle_force: F(z) [N]
     """
-    if sticking:
-        return min(max(2.0 * bristle_force / coulomb_force, -1.0), 1.0)
-    return 1.0 if velocity > 0.0 else -1.0
+    if signals.seal.sticking:
+        return min(max(2.0 * signals.seal.bristle_force / friction.coulomb_force, -1.0), 1.0)
+    return 1.0 if signals.motion.velocity > 0.0 else -1.0
 
 
 @compiled

@@ -3,7 +3,7 @@
 import difflib
 import math
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import Any, get_type_hints
 
@@ -131,6 +131,21 @@ def mapping_of(data: object, allowed: Iterable[str], where: str) -> dict[str, An
         if key not in names:
             raise RigError(f'{where}: {unknown(str(key), names)}')
     return data
+
+
+def read_values(data: object, allowed: Mapping[str, Any], where: str) -> dict[str, Any]:
+    """
+    Return name -> value [SI] of a mapping in YAML, empty if there is none.
+
+    :raises RigError: for an unknown name, a wrong unit or a value out of range
+    """
+    given = mapping_of({} if data is None else data, allowed, where).items()
+    return {str(key): allowed[key].parse(text, f'{where}.{key}') for key, text in given}
+
+
+def write_values(values: Mapping[str, Any], allowed: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the mapping that :func:`read_values` reads back."""
+    return {name: allowed[name].format(value) for name, value in values.items()}
 
 
 def specifications(section: type[Any]) -> dict[str, Specification]:

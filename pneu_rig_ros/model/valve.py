@@ -3,7 +3,7 @@
 import math
 
 from pneu_rig_ros.model.compiled import compiled
-from pneu_rig_ros.model.compiled_model import Air
+from pneu_rig_ros.model.compiled_model import Air, CompiledModel, Signals
 from pneu_rig_ros.model.parameters import Valve
 
 CENTRE_VOLTAGE = 2.5
@@ -94,3 +94,11 @@ def mass_flow_drawn(
     if voltage <= valve.intake_voltage or pressure >= supply_pressure:
         return 0.0
     return mass_flow(voltage, pressure, supply_pressure, valve, gas)
+
+
+@compiled
+def mass_flow_of_both(signals: Signals, model: CompiledModel, supply_pressure: float) -> float:
+    """Return the mass flow [kg/s] that both valves draw at a supply pressure [Pa]."""
+    ports, gas, valve, air = signals.ports, signals.gas, model.valve, model.gas
+    flow_1 = mass_flow_drawn(ports.voltage_1, gas.pressure_1, supply_pressure, valve, air)
+    return flow_1 + mass_flow_drawn(ports.voltage_2, gas.pressure_2, supply_pressure, valve, air)

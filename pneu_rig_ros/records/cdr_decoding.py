@@ -15,6 +15,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 from numpy.typing import NDArray
 
+from pneu_rig_ros.arrays import Flags, Floats, Integers
 from pneu_rig_ros.errors import RigError, prefixed
 from pneu_rig_ros.records.cdr_encoding import (
     COUNT,
@@ -198,9 +199,7 @@ DECODERS: dict[str, Decoder] = {
 """Message type -> decoder of the numbers in it."""
 
 
-def decode_all(
-    decoder: Decoder, messages: Sequence[bytes]
-) -> tuple[NDArray[np.int64], NDArray[np.float64]]:
+def decode_all(decoder: Decoder, messages: Sequence[bytes]) -> tuple[Integers, Floats]:
     """
     Return the stamps [ns], shape (n,), 0 without one, and the values of n messages, shape (n, k).
 
@@ -252,10 +251,10 @@ class _Rows(Reader):
         self._fixed[part] = False
         return self._rows[:, part].copy().view(kind)[:, 0]
 
-    def like_the_first(self) -> NDArray[np.bool_]:
+    def like_the_first(self) -> Flags:
         """Return which differ from the first in nothing but stamp and floats, shape (n,)."""
         fixed = self._rows[:, self._fixed]
-        alike: NDArray[np.bool_] = self._valid & (fixed == fixed[0]).all(axis=1)
+        alike: Flags = self._valid & (fixed == fixed[0]).all(axis=1)
         return alike
 
 

@@ -16,7 +16,7 @@ from numpy.typing import NDArray
 from rosbags.typesys import Stores, get_typestore
 from rosbags.typesys.store import Typestore
 
-from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.arrays import Floats, Integers
 from pneu_rig_ros.records.topics import BASE, CLOCK, JOINT, PISTON, STRING, TOPICS, TUBE
 from pneu_rig_ros.rig import Sample
 
@@ -154,7 +154,7 @@ class PlantMessages:
 
 
 def fill_rows(
-    template: Template, stamps: NDArray[np.int64], columns: Sequence[Floats]
+    template: Template, stamps: Integers, columns: Sequence[Floats]
 ) -> NDArray[np.uint8]:
     """
     Return the messages of n stamps [ns], as `Template` makes them, in a tenth of the time.

@@ -14,14 +14,14 @@ from functools import cached_property
 import numpy as np
 from numpy.typing import NDArray
 
-from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.arrays import Floats, Integers
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.reading_noise import noise_of, smallest_step
 from pneu_rig_ros.rig import RigConfiguration
 from pneu_rig_ros.rig.sensors import can_filter
 from pneu_rig_ros.rig.valve_drive import voltages_of
 
-Stamps = NDArray[np.int64]
+Stamps = Integers
 
 SIGNALS = {
     'position': 'm',

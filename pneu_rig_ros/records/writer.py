@@ -27,6 +27,7 @@ from mcap.records import Channel, Chunk, Header, MessageIndex, Metadata, Metadat
 from mcap.well_known import MessageEncoding, Profile, SchemaEncoding
 from numpy.typing import NDArray
 
+from pneu_rig_ros.arrays import Flags
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.records.atomic_write import writing
 from pneu_rig_ros.records.cdr_encoding import typestore
@@ -64,7 +65,7 @@ class TopicRows(NamedTuple):
     topic: str
     type: str
     messages: NDArray[np.uint8]
-    present: NDArray[np.bool_]
+    present: Flags
 
 
 class Definition(NamedTuple):

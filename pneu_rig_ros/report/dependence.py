@@ -11,7 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.sparse import block_diag, spmatrix
 
-from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.arrays import Floats, Indices
 from pneu_rig_ros.diagnosis.residuals.latent import Latent, smooth
 from pneu_rig_ros.diagnosis.residuals.localisation import LEAST_WIDTH, SignificantResidual
 from pneu_rig_ros.diagnosis.residuals.windows import BREAKAWAY, VARIABLES, Windows
@@ -213,7 +213,7 @@ def explained(samples: Samples, name: str, bins: int) -> float:
     return max(1.0 - freedom * within / total, 0.0) if total > 0.0 else 0.0
 
 
-def part_numbers(samples: Samples, name: str, bins: int) -> NDArray[np.intp]:
+def part_numbers(samples: Samples, name: str, bins: int) -> Indices:
     """Return the part of the range of a signal that each value is in, of its direction alone."""
     column = samples.variables[name]
     numbers = np.zeros(column.size, dtype=np.intp)

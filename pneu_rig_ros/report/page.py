@@ -3,7 +3,6 @@
 import base64
 import io
 from collections.abc import Callable, Mapping
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +11,7 @@ import matplotlib
 from matplotlib.figure import Figure
 
 from pneu_rig_ros.records.atomic_write import atomic_write
-from pneu_rig_ros.records.description import git_revision
+from pneu_rig_ros.records.description import git_revision, package_version
 from pneu_rig_ros.report.figure import STYLE
 from pneu_rig_ros.web import environment
 
@@ -45,7 +44,7 @@ def write(
         figure = draw()
         pictures[name] = None if figure is None else data_address(figure)
         progress(number)
-    content |= {'version': version('pneu_rig_ros'), 'revision': git_revision()}
+    content |= {'version': package_version(), 'revision': git_revision()}
     text = _TEMPLATES.get_template(template).render(pictures=pictures, **content)
     return atomic_write(path, text)
 

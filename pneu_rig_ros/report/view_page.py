@@ -1,7 +1,6 @@
 """One bag as a self-contained interactive HTML page."""
 
 import base64
-from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -16,7 +15,7 @@ from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.effect import Regime
 from pneu_rig_ros.records import Recording
 from pneu_rig_ros.records.atomic_write import atomic_write
-from pneu_rig_ros.records.description import git_revision
+from pneu_rig_ros.records.description import git_revision, package_version
 from pneu_rig_ros.web import render
 
 MOST_POINTS = 110_000
@@ -146,7 +145,7 @@ def write_view(
         geometry=data['rig'] is not None,
         duration=data['duration'],
         cycles=len(data['cycles']),
-        version=version('pneu_rig_ros'),
+        version=package_version(),
         revision=git_revision(),
     )
     return atomic_write(path, text)

@@ -16,9 +16,11 @@ from pneu_rig_ros.model.quantity import (
     Quantity,
     mapping_of,
     read_section,
+    read_values,
     specifications,
     unknown,
     write_section,
+    write_values,
 )
 from pneu_rig_ros.model.shape import read_effect, without_shape, write_effect
 from pneu_rig_ros.rig.sensors import Sensors
@@ -96,7 +98,7 @@ class RigConfiguration:
         sections['sensors'] = write_section(self.sensors)
         sections['sampling'] = write_section(Sampling(self.interval_ns, self.seed))
         if self.repeatability:
-            sections['repeatability'] = write_repeatability(self.repeatability)
+            sections['repeatability'] = write_values(self.repeatability, REPEATABILITY)
         return to_yaml(sections)
 
     def with_parameter(self, section: str, key: str, value: Any) -> 'RigConfiguration':
@@ -152,7 +154,9 @@ def configuration_from_yaml(text: str, origin: str) -> RigConfiguration:
         sensors=sensors,
         interval_ns=int(sampling.interval),
         seed=int(sampling.seed),
-        repeatability=read_repeatability(merged.get('repeatability'), origin),
+        repeatability=read_values(
+            merged.get('repeatability'), REPEATABILITY, f'{origin}: repeatability'
+        ),
     )
     return _consistent(configuration, origin)
 
@@ -217,22 +221,6 @@ def read_effects(data: object, origin: str) -> dict[str, Any]:
 def between_recordings(values: Mapping[str, float]) -> dict[str, float]:
     """Return those of some standard deviations that are of quantities, and not of balances."""
     return {name: value for name, value in values.items() if name not in _BALANCES}
-
-
-def read_repeatability(data: object, origin: str) -> dict[str, float]:
-    """
-    Return name -> standard deviation [SI] of a file.
-
-    :raises RigError: for another name, a wrong unit or a value out of range
-    """
-    where = f'{origin}: repeatability'
-    given = mapping_of({} if data is None else data, REPEATABILITY, where).items()
-    return {str(key): REPEATABILITY[key].parse(text, f'{where}.{key}') for key, text in given}
-
-
-def write_repeatability(values: Mapping[str, float]) -> dict[str, str]:
-    """Return the mapping that :func:`read_repeatability` reads back."""
-    return {name: REPEATABILITY[name].format(value) for name, value in values.items()}
 
 
 def _check_friction_law(effects: Mapping[str, Any], law: int, origin: str) -> None:

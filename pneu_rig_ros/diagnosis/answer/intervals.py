@@ -12,11 +12,10 @@ from collections.abc import Iterator, Sequence
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter1d
 from scipy.stats import norm
 
-from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.arrays import Flags, Floats
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.balances import BALANCES
@@ -115,7 +114,7 @@ def residual_intervals(groups: Sequence[Windows], deviations: float) -> Spans:
 
 
 def _spans(
-    balance: str, recording: str, start: Floats, end: Floats, flags: NDArray[np.bool_]
+    balance: str, recording: str, start: Floats, end: Floats, flags: Flags
 ) -> Iterator[tuple[str, str, float, float]]:
     """Yield the stretches of the flagged windows; each stands for the middle of its time."""
     marks = np.flatnonzero(flags)

@@ -50,11 +50,7 @@ class FrictionLevel(Candidate):
 
     def apply(self, hypothesis: Hypothesis, values: Sequence[float]) -> Hypothesis:
         """Return the hypothesis with both forces multiplied."""
-        friction = hypothesis.model.friction
-        for name in ('coulomb_force', 'breakaway_force'):
-            value = values[0] * getattr(friction, name)
-            hypothesis = hypothesis.with_parameter('friction', name, value)
-        return hypothesis
+        return hypothesis.with_friction_level(values[0])
 
 
 CHANGING = 'friction.coulomb_force', 'friction.breakaway_force', 'friction.viscous_coefficient'

@@ -24,9 +24,9 @@ from typing import Any
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.nuisances import (
     INITIAL_TEMPERATURE,
+    NUISANCES,
     USUAL,
     read_nuisances,
-    written_nuisances,
 )
 from pneu_rig_ros.errors import RigError
 from pneu_rig_ros.model.parameters import SECTIONS, Model
@@ -34,17 +34,14 @@ from pneu_rig_ros.model.quantity import (
     Quantity,
     mapping_of,
     read_section,
+    read_values,
     specifications,
     write_section,
+    write_values,
 )
 from pneu_rig_ros.model.shape import write_effect
 from pneu_rig_ros.rig import RigConfiguration, load_configuration
-from pneu_rig_ros.rig.configuration import (
-    between_recordings,
-    read_effects,
-    read_repeatability,
-    write_repeatability,
-)
+from pneu_rig_ros.rig.configuration import REPEATABILITY, between_recordings, read_effects
 from pneu_rig_ros.rig.sensors import Sensors
 from pneu_rig_ros.rig.yaml_file import read_yaml, to_yaml
 
@@ -159,13 +156,13 @@ class System:
         if self.sensors is not None:
             data['sensors'] = write_section(self.sensors)
         data['effects'] = {name: write_effect(own) for name, own in hypothesis.effects.items()}
-        data['fixed'] = {name: FIXED[name].format(value) for name, value in self.fixed.items()}
-        data['each_recording'] = written_nuisances(self.each_recording)
+        data['fixed'] = write_values(self.fixed, FIXED)
+        data['each_recording'] = write_values(self.each_recording, NUISANCES)
         data['refit'] = {
             full: [QUANTITIES[full].format(limit) for limit in limits]
             for full, limits in self.refit.items()
         }
-        data['repeatability'] = write_repeatability(self.repeatability)
+        data['repeatability'] = write_values(self.repeatability, REPEATABILITY)
         return to_yaml(data)
 
 
@@ -201,7 +198,7 @@ def _read(data: dict[str, Any], origin: str) -> System:
     model, given = load_configuration('cylinder_1').model, {}
     for name, section in SECTIONS.items():
         content = {} if name == 'valve' and shut else data.get(name) or {}
-        values = _parsed(content, specifications(section), f'{origin}: {name}')
+        values = read_values(content, specifications(section), f'{origin}: {name}')
         given[name] = tuple(values)
         defaults = dict(PLACEHOLDERS.get(name, {}))
         if 'exhaust_voltage' in values:  # a port that opens from there, without a jump
@@ -210,7 +207,7 @@ def _read(data: dict[str, Any], origin: str) -> System:
         model = model._replace(**{name: changed})
     if (sensors := data.get('sensors')) is not None:
         sensors = read_section(Sensors, sensors, f'{origin}: sensors')
-    fixed = _parsed({} if data.get('fixed') is None else data['fixed'], FIXED, f'{origin}: fixed')
+    fixed = read_values(data.get('fixed'), FIXED, f'{origin}: fixed')
     vessel = shut and 'position' in fixed
     refit = _refit(data.get('refit'), model, origin)
     volume = next((name for name in refit if name.endswith('dead_volume')), '')
@@ -232,14 +229,8 @@ def _read(data: dict[str, Any], origin: str) -> System:
         fixed,
         each_recording,
         refit,
-        read_repeatability(data.get('repeatability'), origin),
+        read_values(data.get('repeatability'), REPEATABILITY, f'{origin}: repeatability'),
     )
-
-
-def _parsed(data: object, allowed: Mapping[str, Any], where: str) -> dict[str, Any]:
-    """Return the values of a mapping [SI]; RigError for another key or value."""
-    given = mapping_of(data, allowed, where).items()
-    return {str(key): allowed[key].parse(text, f'{where}.{key}') for key, text in given}
 
 
 def _refit(data: object, model: Model, origin: str) -> dict[str, tuple[float, float]]:

@@ -97,6 +97,13 @@ class Hypothesis:
             return self.with_parameter('friction', name, value)
         return self.with_condition(name, self.conditions.get(name, 1.0) * (1.0 + by))
 
+    def with_friction_level(self, factor: float) -> Hypothesis:
+        """Return the hypothesis with both Coulomb and breakaway force multiplied."""
+        friction, changed = self.model.friction, self
+        for name in ('coulomb_force', 'breakaway_force'):
+            changed = changed.with_parameter('friction', name, factor * getattr(friction, name))
+        return changed
+
     def with_effect(self, name: str, parameters: Any) -> Hypothesis:
         """Return the hypothesis with one more acting effect."""
         return replace(self, effects={**self.effects, name: parameters})

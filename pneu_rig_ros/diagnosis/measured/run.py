@@ -12,12 +12,11 @@ from dataclasses import dataclass, field, replace
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 from scipy.interpolate import CubicSpline
 
 from pneu_rig_ros.analysis.motion import Rest, Sides, breakaways, end_stops, find_rests, rest_flags
 from pneu_rig_ros.analysis.velocity import CUBIC, adaptive_velocity, imposed_velocity, window_for
-from pneu_rig_ros.arrays import Flags, Floats
+from pneu_rig_ros.arrays import Flags, Floats, Integers
 from pneu_rig_ros.diagnosis.measured.reading import (
     CLIPPED,
     Noise,
@@ -177,7 +176,7 @@ class Run:
         return breakaways(self.rests, self.sides, self.interval) if self.force is None else []
 
     @cached_property
-    def contacts(self) -> NDArray[np.int64]:
+    def contacts(self) -> Integers:
         """State of motion in each interval, see ``model.along``, shape (n - 1,)."""
         if self.force is not None:  # the bench holds the piston, not the seal
             return np.full(self.size - 1, along.MOVES, dtype=np.int64)

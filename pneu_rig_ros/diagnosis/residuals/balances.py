@@ -19,9 +19,8 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
-from numpy.typing import NDArray
 
-from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.arrays import Floats, Indices
 from pneu_rig_ros.diagnosis.measured.hypothesis import CALIBRATED, Hypothesis
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.weak_form import TestFunctions, at_samples, middles
@@ -123,7 +122,7 @@ class Comparison:
         return TestFunctions.of(form.power, size, hop, self.run.size - 1, self.run.interval)
 
     @cached_property
-    def breakaways(self) -> NDArray[np.intp]:
+    def breakaways(self) -> Indices:
         """The last interval of each rest that ends with a breakaway, shape (breakaways,)."""
         return np.array([rest.end - 2 for rest in self.run.breakaways], dtype=np.intp)
 

@@ -24,8 +24,8 @@ from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import Comparison
 from pneu_rig_ros.diagnosis.residuals.replicates import simulate_replicate
 from pneu_rig_ros.diagnosis.residuals.shooting import RESTART_WINDOW, SIGNALS, MultipleShooting
-from pneu_rig_ros.diagnosis.residuals.threads import map_runs
 from pneu_rig_ros.errors import RigError
+from pneu_rig_ros.executor import map_threads
 from pneu_rig_ros.rig.configuration import between_recordings
 
 DRAWS = 8
@@ -72,7 +72,7 @@ class Cycles:
     ) -> Cycles:
         """Return the runs with the spread that they have if the hypothesis is true."""
         runs = tuple(MultipleShooting(comparison, free) for comparison in comparisons)
-        spreads = map_runs(partial(spread_of_gap, hypothesis), runs, rng.spawn(len(runs)))
+        spreads = map_threads(partial(spread_of_gap, hypothesis), runs, rng.spawn(len(runs)))
         return cls(runs, tuple(spreads))
 
     @property
@@ -126,7 +126,7 @@ class Cycles:
 
     def _scaled(self, hypothesis: Hypothesis) -> list[Floats]:
         """Return the scaled gap of each run, shape (blocks, 3) each."""
-        return map_runs(partial(scaled_gap, hypothesis), self.runs, self.spreads)
+        return map_threads(partial(scaled_gap, hypothesis), self.runs, self.spreads)
 
 
 def scaled_gap(hypothesis: Hypothesis, run: MultipleShooting, spread: Floats) -> Floats:
@@ -174,12 +174,9 @@ class CycleTest:
 
 def simulate_worn(hypothesis: Hypothesis, run: Run, rng: Generator) -> Run:
     """Return a replicate of a run that differs as recordings may differ from each other."""
-    friction = hypothesis.model.friction
     if run.level_sd > 0.0:
-        factor = 1.0 + run.level_sd / friction.coulomb_force * float(rng.standard_normal())
-        for name in ('coulomb_force', 'breakaway_force'):
-            level = factor * getattr(friction, name)
-            hypothesis = hypothesis.with_parameter('friction', name, level)
+        relative = run.level_sd / hypothesis.model.friction.coulomb_force
+        hypothesis = hypothesis.with_friction_level(1.0 + relative * float(rng.standard_normal()))
     for name, spread in between_recordings(run.repeatability).items():
         hypothesis = hypothesis.varied(name, spread * float(rng.standard_normal()))
     return simulate_replicate(hypothesis, run, rng)
@@ -190,7 +187,7 @@ def replicates_of(
 ) -> list[Comparison]:
     """Return a replicate of each run."""
     runs = [comparison.run for comparison in comparisons]
-    worn = map_runs(partial(simulate_worn, hypothesis), runs, rng.spawn(len(runs)))
+    worn = map_threads(partial(simulate_worn, hypothesis), runs, rng.spawn(len(runs)))
     return [Comparison(run) for run in worn]
 
 

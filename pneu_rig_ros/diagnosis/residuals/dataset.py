@@ -35,7 +35,7 @@ from pneu_rig_ros.diagnosis.residuals.replicates import (
     estimate_inflation,
     speed_and_direction,
 )
-from pneu_rig_ros.diagnosis.residuals.threads import map_runs
+from pneu_rig_ros.executor import map_threads
 
 OUTLIER = 3.0
 """Standard deviations beyond which a residual counts linearly [-]."""
@@ -158,8 +158,8 @@ class Dataset:
 
         :param inflation: where it is known for the hypothesis: that of which they are replicates
         """
-        count = len(comparisons)
-        aligned = map_runs(partial(without_nuisances, hypothesis), comparisons, rng.spawn(count))
+        count, aligning = len(comparisons), partial(without_nuisances, hypothesis)
+        aligned = map_threads(aligning, comparisons, rng.spawn(count))
         copies = COPIES if inflation is None else REPLICATE_COPIES
         known = inflation or estimate_inflation(hypothesis, aligned, rng)
 
@@ -168,7 +168,7 @@ class Dataset:
             noise = known.with_bias(noise.with_shared(varying_columns(hypothesis, run)), run)
             return RunData(hypothesis, run, noise, known, clock_column(hypothesis, run))
 
-        return cls(tuple(map_runs(with_noise, aligned, rng.spawn(count))))
+        return cls(tuple(map_threads(with_noise, aligned, rng.spawn(count))))
 
     @property
     def comparisons(self) -> tuple[Comparison, ...]:
@@ -218,7 +218,7 @@ class Dataset:
 
     def evaluate(self, hypothesis: Hypothesis) -> list[Evaluation]:
         """Return the residuals of each run with their noise, nuisance parameters marginalised."""
-        return map_runs(lambda run: run.evaluate(hypothesis), self.runs)
+        return map_threads(lambda run: run.evaluate(hypothesis), self.runs)
 
     def residuals_by_run(self, hypothesis: Hypothesis) -> list[Residuals]:
         """Return the whitened residuals of each run."""

@@ -13,7 +13,6 @@ with the standard deviations as prior.
 
 from __future__ import annotations
 
-from collections.abc import Mapping
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -32,7 +31,7 @@ from pneu_rig_ros.diagnosis.residuals.balances import (
 from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, noise_model
 from pneu_rig_ros.diagnosis.residuals.replicates import chamber_pressures
 from pneu_rig_ros.errors import RigError
-from pneu_rig_ros.model.quantity import Quantity, mapping_of
+from pneu_rig_ros.model.quantity import Quantity, mapping_of, read_values
 from pneu_rig_ros.rig.configuration import between_recordings
 
 FORCE_OFFSET = 'force_offset'
@@ -78,12 +77,7 @@ def read_nuisances(data: object, where: str) -> dict[str, float]:
     names = mapping_of({str(name): None for name in data or ()}, NUISANCES, where)
     if not isinstance(data, dict):
         return {name: USUAL[name] for name in names}
-    return {name: NUISANCES[name].parse(data[name], f'{where}.{name}') for name in names}
-
-
-def written_nuisances(deviations: Mapping[str, float]) -> dict[str, str]:
-    """Return the mapping that :func:`read_nuisances` reads back."""
-    return {name: NUISANCES[name].format(value) for name, value in deviations.items()}
+    return read_values(data, NUISANCES, where)
 
 
 @dataclass(frozen=True)

@@ -11,15 +11,14 @@ from typing import NamedTuple
 
 import numpy as np
 from numpy.random import Generator
-from numpy.typing import NDArray
 
-from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.arrays import Floats, Indices
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.measured.run import Run
 from pneu_rig_ros.diagnosis.residuals.balances import FORCE_WINDOWS, Comparison, Residuals
 from pneu_rig_ros.diagnosis.residuals.noise import NoiseModel, noise_model
-from pneu_rig_ros.diagnosis.residuals.threads import map_runs
 from pneu_rig_ros.diagnosis.residuals.weak_form import at_samples
+from pneu_rig_ros.executor import map_threads
 from pneu_rig_ros.model import along
 from pneu_rig_ros.model.plant import PlantState, Trajectory
 from pneu_rig_ros.model.run import Impose
@@ -155,7 +154,7 @@ def estimate_inflation(
         noise = noise_model(hypothesis, simulated, rng)
         return simulated, noise, simulated.residuals(hypothesis)
 
-    triples = map_runs(noisy, comparisons, rng.spawn(len(comparisons)))
+    triples = map_threads(noisy, comparisons, rng.spawn(len(comparisons)))
     classes = np.concatenate([speed_and_direction(run)[n.force.kept] for run, n, _ in triples])
     force = np.concatenate([residuals.force[n.force.kept] for _, n, residuals in triples])
     bias, shift = np.zeros((2, 2 * SPEED_CLASSES))
@@ -191,12 +190,12 @@ def shrunk_mean(residuals: Floats) -> float:
     return mean * max(1.0 - variance / mean**2, 0.0) if mean != 0.0 else 0.0
 
 
-def speed_classes(comparison: Comparison) -> NDArray[np.intp]:
+def speed_classes(comparison: Comparison) -> Indices:
     """Return the class of speed of each window of the motion, shape (m,)."""
     return np.digitize(np.abs(comparison.window_velocity), SPEED_EDGES)
 
 
-def speed_and_direction(comparison: Comparison) -> NDArray[np.intp]:
+def speed_and_direction(comparison: Comparison) -> Indices:
     """Return the class of speed and direction of each window of the motion, shape (m,)."""
     classes = speed_classes(comparison)
     return np.where(comparison.window_velocity < 0.0, classes + SPEED_CLASSES, classes)

@@ -12,10 +12,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-from numpy.typing import NDArray
 
 from pneu_rig_ros.analysis.motion import Rest
-from pneu_rig_ros.arrays import Floats
+from pneu_rig_ros.arrays import Floats, Indices, Integers
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.measured.reading import positive_mean
 from pneu_rig_ros.diagnosis.measured.run import Run
@@ -68,7 +67,7 @@ class MultipleShooting:
                 places.append((rest, slice(first, last), at))
         return places
 
-    def restarts(self, run: Run) -> tuple[NDArray[np.int64], Floats, Floats]:
+    def restarts(self, run: Run) -> tuple[Integers, Floats, Floats]:
         """
         Return the actions, the measured states and the starts of rest of ``Plant.run_imposed``.
 
@@ -119,7 +118,7 @@ class MultipleShooting:
         return means
 
     @cached_property
-    def segments(self) -> NDArray[np.intp]:
+    def segments(self) -> Indices:
         """Number of the cycle of each block, shape (blocks,)."""
         begins = np.array([at for _, _, at in self.places])
         ends = self.block * np.arange(1, (self.run.size - 1) // self.block + 1)

@@ -23,10 +23,9 @@ from pneu_rig_ros.diagnosis.residuals.balances import Residuals
 from pneu_rig_ros.diagnosis.residuals.dataset import STRETCHES, Dataset, RunData, loss, rms
 from pneu_rig_ros.diagnosis.residuals.noise import COPIES, reading_errors
 from pneu_rig_ros.diagnosis.residuals.replicates import replicate
-from pneu_rig_ros.diagnosis.residuals.threads import map_runs
 from pneu_rig_ros.diagnosis.search.fitting import ROUNDS, fit, loss_of
 from pneu_rig_ros.diagnosis.search.scoring import Data, ScoredFit, score
-from pneu_rig_ros.executor import Executor, map_tasks
+from pneu_rig_ros.executor import Executor, map_tasks, map_threads
 
 REPLICATES = 4
 """Of the recordings, of which the largest gain counts: two for each of two processors."""
@@ -148,7 +147,7 @@ def accelerates_less(dataset: Dataset, smaller: Hypothesis, larger: Hypothesis) 
 def _cost_of_noise(hypothesis: Hypothesis, dataset: Dataset, rng: Generator) -> float:
     """Return the mean loss of the errors of residuals of simulated readings of all runs [-]."""
     seeds = rng.integers(2**32, size=len(dataset.runs)).tolist()
-    return sum(map_runs(partial(_loss_of_noise, hypothesis), dataset.runs, seeds))
+    return sum(map_threads(partial(_loss_of_noise, hypothesis), dataset.runs, seeds))
 
 
 def _loss_of_noise(hypothesis: Hypothesis, run: RunData, seed: int) -> float:

@@ -39,9 +39,6 @@ def contribution(signals: Signals, model: CompiledModel, parameters: Parameters)
     Both directions together have twice the asymmetry, of which one of them has all where the other
     has the level of the law.
     """
-    law, seal = model.friction, signals.seal
-    direction = friction_direction(
-        signals.motion.velocity, seal.sticking, seal.bristle_force, law.coulomb_force
-    )
+    law, direction = model.friction, friction_direction(signals, model.friction)
     share = parameters.asymmetry * (direction + parameters.one_sidedness)
     return share * law.coulomb_force, share * law.breakaway_force

@@ -39,9 +39,6 @@ def contribution(signals: Signals, model: CompiledModel, parameters: Parameters)
 
     Both directions together have twice the asymmetry, see ``direction_dependent_friction``.
     """
-    law, seal = model.friction, signals.seal
-    direction = friction_direction(
-        signals.motion.velocity, seal.sticking, seal.bristle_force, law.coulomb_force
-    )
+    seal, direction = signals.seal, friction_direction(signals, model.friction)
     share = parameters.asymmetry * (direction + parameters.one_sidedness)
     return 0.0, share * max(seal.static_force - seal.coulomb_force, 0.0)

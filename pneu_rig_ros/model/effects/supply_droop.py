@@ -7,7 +7,7 @@ from pneu_rig_ros.model.compiled import compiled
 from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
 from pneu_rig_ros.model.effect import Balance, Effect, Regime, falling_fixed_point
 from pneu_rig_ros.model.quantity import Quantity
-from pneu_rig_ros.model.valve import mass_flow_drawn
+from pneu_rig_ros.model.valve import mass_flow_of_both
 
 ACCURACY = 1e-10
 """Of the droop, as a share of the supply pressure [-]."""
@@ -31,17 +31,9 @@ class Parameters(NamedTuple):
 
 
 @compiled
-def drawn(signals: Signals, model: CompiledModel, supply: float) -> float:
-    """Return the mass flow [kg/s] drawn by both valves at a supply pressure [Pa]."""
-    ports, gas, valve, air = signals.ports, signals.gas, model.valve, model.gas
-    flow_1 = mass_flow_drawn(ports.voltage_1, gas.pressure_1, supply, valve, air)
-    return flow_1 + mass_flow_drawn(ports.voltage_2, gas.pressure_2, supply, valve, air)
-
-
-@compiled
 def fall(droop: float, signals: Signals, model: CompiledModel, line: Parameters) -> float:
     """Return the fall of the supply [Pa] by the flow that is drawn at a droop of it [Pa]."""
-    share = drawn(signals, model, signals.ports.supply_1 - droop) / TYPICAL_FLOW
+    share = mass_flow_of_both(signals, model, signals.ports.supply_1 - droop) / TYPICAL_FLOW
     return line.resistance * TYPICAL_FLOW * math.pow(share, line.exponent)
 
 

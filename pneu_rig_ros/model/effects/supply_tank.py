@@ -6,7 +6,7 @@ from pneu_rig_ros.arrays import Floats
 from pneu_rig_ros.model.compiled_model import CompiledModel, Pair, Signals
 from pneu_rig_ros.model.effect import Balance, Effect, Regime
 from pneu_rig_ros.model.quantity import Quantity
-from pneu_rig_ros.model.valve import mass_flow_drawn
+from pneu_rig_ros.model.valve import mass_flow_of_both
 
 PRESSURE_UNIT = 1e4
 """Unit of the state [Pa], so that the integrator's tolerance is a small pressure."""
@@ -51,8 +51,6 @@ def contribution(
         rate[0] = 0.0
         return 0.0, 0.0
     lack = PRESSURE_UNIT * state[0]
-    ports, gas, supply = signals.ports, signals.gas, max(signals.ports.supply_1 - lack, 0.0)
-    flow = mass_flow_drawn(ports.voltage_1, gas.pressure_1, supply, model.valve, model.gas)
-    flow += mass_flow_drawn(ports.voltage_2, gas.pressure_2, supply, model.valve, model.gas)
+    flow = mass_flow_of_both(signals, model, max(signals.ports.supply_1 - lack, 0.0))
     rate[0] = (parameters.fall * flow - lack / parameters.recovery_time) / PRESSURE_UNIT
     return -lack, -lack
