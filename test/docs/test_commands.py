@@ -170,6 +170,24 @@ def test_slow_command_runs(
     assert main(arguments) == 0, capsys.readouterr().err
 
 
+@pytest.mark.long
+def test_tutorial_finds_the_leak(tmp_path: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    monkeypatch.chdir(tmp_path)
+    text = (ROOT / 'docs' / 'tutorial.md').read_text()
+    rig = (ROOT / 'config' / 'cylinder_1.yaml').read_text()
+    leak = re.search(r"<<'END'\n(.*?)END", text, re.DOTALL)
+    assert leak
+    Path('my_rig.yaml').write_text(rig + leak[1])
+    lines = [shlex.split(line) for page, line in COMMANDS if page == 'tutorial.md']
+    for words in (words for words in lines if 'my_rig.yaml' in words or 'diagnose' in words):
+        if words[0] == 'pneu-rig':
+            assert main(words[1:]) == 0
+    answer = json.loads(Path('answer/diagnosis.json').read_text())
+    assert [effect['name'] for effect in answer['effects']] == ['chamber_leak']
+    low, high = answer['effects'][0]['parameters']['area_1']['interval']
+    assert low < 1e-8 < high
+
+
 @pytest.mark.parametrize(
     'block', [block for block in BLOCKS if block.language == 'python'], ids=lambda b: b.page
 )
