@@ -135,18 +135,25 @@ def test_effect_goes_before_a_parameter_that_is_alike_and_one_value_before_two(
 
 
 @pytest.mark.parametrize(
-    ('without', 'second', 'loss', 'alone'),
+    ('first', 'without', 'second', 'loss', 'alone'),
     [
-        (120.0, 'valve.intake_voltage', 15.0, True),
-        (120.0, 'valve.intake_voltage', 5.0, False),  # as good a cause
-        (120.0, 'valve_null_leak', 5.0, True),  # the same in another form
-        (90.0, 'valve.intake_voltage', 15.0, False),  # weak
+        ('valve_null_leak', 120.0, 'valve.intake_voltage', 15.0, True),
+        ('valve_null_leak', 120.0, 'valve.intake_voltage', 5.0, False),  # as good a cause
+        ('valve_null_leak', 120.0, 'valve_null_leak', 5.0, True),  # the same in another form
+        ('valve_null_leak', 90.0, 'valve.intake_voltage', 15.0, False),  # weak
+        ('valve.intake_voltage', 120.0, 'valve_null_leak', 15.0, False),  # a parameter
     ],
 )
-def test_weak_cause_stands_out_if_no_other_explains_as_much(
-    system: System, cycling: Cycling, without: float, second: str, loss: float, alone: bool
+def test_weak_effect_stands_out_if_no_other_cause_explains_as_much(
+    system: System,
+    cycling: Cycling,
+    first: str,
+    without: float,
+    second: str,
+    loss: float,
+    alone: bool,
 ) -> None:
-    chosen = scored_cause(system, cycling, 'valve_null_leak', 0.0, 0.0)
+    chosen = scored_cause(system, cycling, first, 0.0, 0.0)
     grown = Grown(
         [chosen, scored_cause(system, cycling, second, loss, 0.0)],
         scored(without / 2, without / 2),

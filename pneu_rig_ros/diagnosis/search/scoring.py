@@ -235,15 +235,16 @@ def remaining_share(dataset: Dataset, before: Hypothesis, after: Hypothesis) -> 
 
 def stands_out(grown: Grown) -> bool:
     """
-    Return whether the chosen cause gains more than by chance, and decisively more than any other.
+    Return whether an effect gains more than by chance, and decisively more than any other cause.
 
-    What several weak effects leave is hardly the formula of one cause, so that others explain it
-    about as well. Other forms of an effect are the same cause.
+    What several weak effects leave is hardly the formula of one, so that other causes explain it
+    about as well; a parameter, which changes a balance everywhere, may explain it best. Other
+    forms of an effect are the same cause.
     """
     chosen, cause = grown.chosen, grown.chosen.explanation.parts[-1]
     others = [fit for fit in grown.fits if fit.explanation.parts[-1].effect != cause.effect]
-    gain = grown.before.cost - chosen.cost
-    return gain > LARGEST_CHANCE and all(fit.difference(chosen)[0] > DECISIVE for fit in others)
+    clear = all(fit.difference(chosen)[0] > DECISIVE for fit in others)
+    return cause.is_effect and clear and grown.before.cost - chosen.cost > LARGEST_CHANCE
 
 
 def explains_alone(best: Fit, smaller: Hypothesis, searched: Dataset, data: Data) -> bool:
