@@ -60,10 +60,11 @@ def test_stroke_is_recorded_from_the_first_to_the_last_sample(terminal: Terminal
     assert 20_000 < (bag / 'stroke.png').stat().st_size < 200_000
     data = json.loads(terminal.output('info', bag, '--json'))
     assert set(data['lost'].values()) == {0}
-    assert data['rate'] == pytest.approx(1e9 / 1_160_000, rel=0.02)
     assert data['seed'] == '9'
     assert data['peak_friction'] > 15.0
     record = read_recording(bag)
+    # how fast the samples come depends on what else runs: see make bench
+    assert record.interval == pytest.approx(1.16e-3)
     assert record.duration > 2.5
     assert record.configuration is not None
     assert record.configuration.model.operation.supply_pressure == 6e5
