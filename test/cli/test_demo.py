@@ -63,8 +63,7 @@ def test_stroke_is_recorded_from_the_first_to_the_last_sample(terminal: Terminal
     assert data['seed'] == '9'
     assert data['peak_friction'] > 15.0
     record = read_recording(bag)
-    # how fast the samples come depends on what else runs: see make bench
-    assert record.interval == pytest.approx(1.16e-3)
+    # without a loss; how fast samples arrive depends on what else runs: see make bench
     assert record.duration > 2.5
     assert record.configuration is not None
     assert record.configuration.model.operation.supply_pressure == 6e5
