@@ -178,7 +178,7 @@ def gap(seed: int | None, out: Path | None, effect: str | None) -> None:
     with this model and with the improved one. The result is a picture, the gap in numbers, and
     what was hidden.
 
-    The effect is one of 14 of the 43 effects: those that show well above the noise in runs as
+    The effect is one of 14 of the 42 effects: those that show well above the noise in runs as
     short as these. --effect hides others too.
     """
     from pneu_rig_ros.demo import prepare_environment

@@ -130,12 +130,6 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
     # flows of 2e-5 to 1.4e-4 kg/s in and out of some 2e5 Pa: up to 40 kPa at the fastest
     'line_resistance': {'resistance': _by_size(1e8, 3e8, 9e8)},
     'spool_rate_limit': {'time_per_volt': _by_size(0.01, 0.04, 0.15)},
-    # what a slip takes comes back over the dwells of 0.5 to 4 s
-    'static_friction_recovery': {
-        'lost_share': _by_size(0.3, 0.5, 0.8),
-        'dwell_coefficient': _by_size(0.4, 0.4, 0.4),
-        'dwell_exponent': _by_size(0.5, 0.5, 0.5),
-    },
     # where the strokes of the recordings begin and end
     'local_friction': {
         'share': _by_size(0.1, 0.25, 0.6),
@@ -169,9 +163,6 @@ CONTRIBUTIONS: dict[str, dict[str, tuple[tuple[float, ...], ...]]] = {
     # beside 15 to 26 N of static friction
     'seal_elasticity': {'limit': _about(0.15, 0.4, 1.2), 'reach': _by_size(2e-4, 4e-4, 8e-4)},
 }
-LAW_OF = {'static_friction_recovery': 'revised_lugre'}
-"""Effect -> friction law that it completes, in the truth as in the model."""
-
 Law = Callable[[dict[str, Any], float], tuple[Changes, Changes]]
 """(section friction, grade 0-2) -> changes of that section in the truth, and in the model."""
 
@@ -232,7 +223,9 @@ EFFECTS = (*CONTRIBUTIONS, *LAWS)
 # the same in the terms of the library: effect -> parameters, from the true section `friction`
 LAW_PARAMETERS: dict[str, Callable[[dict[str, Any]], dict[str, float]]] = {
     'dwell_static_friction': lambda f: {
-        key: f[key] for key in ('breakaway_force', 'dwell_coefficient', 'dwell_exponent')
+        'lost_share': 1.0,
+        'dwell_coefficient': f['dwell_coefficient'],
+        'dwell_exponent': f['dwell_exponent'],
     },
     'stribeck': lambda f: {
         'excess': f['breakaway_force'] - f['coulomb_force'],
@@ -270,8 +263,7 @@ def hide(effect: str, cylinder: str, strength: str | float, friction: dict[str, 
         name: _graded(grade, tuple(row[column] for row in rows))
         for name, rows in CONTRIBUTIONS[effect].items()
     }
-    law = {'friction.model': LAW_OF[effect]} if effect in LAW_OF else {}
-    return Secret({effect: values}, dict(law), dict(law))
+    return Secret({effect: values}, {}, {})
 
 
 def true_parameters(effect: str, secret: Secret, friction: dict[str, Any]) -> dict[str, float]:

@@ -41,7 +41,6 @@ LATEST = ('direction_dependent_viscous_friction',)
 NEWEST = (
     'line_resistance',
     'spool_rate_limit',
-    'static_friction_recovery',
     'local_friction',
     'direction_dependent_static_friction',
     'forced_convection',

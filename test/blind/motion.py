@@ -79,24 +79,15 @@ def levels(
 
 
 @block
-def growth(c: np.ndarray, e: np.ndarray) -> tuple[float, float, float]:
-    """Share of F_smax - F_c that is not there without a dwell, gamma, alpha; 0 without growth."""
-    if e[at.LOST] > 0.0:
-        return e[at.LOST], e[at.LOST_GAMMA], e[at.LOST_POWER]
-    return (1.0 if c[at.LAW] == 3.0 else 0.0), c[at.GAMMA], c[at.ALPHA]
-
-
-@block
 def static_after(
     dwell: float, coulomb: float, largest: float, c: np.ndarray, e: np.ndarray
 ) -> float:
     """F_s [N] after a dwell time [s], Eq. 16; the largest where the law has none."""
     if e.size > at.FOREIGN and e[at.AT_DWELL] > 0.0:
         return coulomb + (largest - coulomb) * second.dwell_share(dwell, e)
-    lost, gamma, alpha = growth(c, e)
-    if lost == 0.0:
+    if c[at.LAW] != 3.0:
         return largest
-    return largest - lost * (largest - coulomb) * math.exp(-gamma * dwell**alpha)
+    return largest - (largest - coulomb) * math.exp(-c[at.GAMMA] * dwell ** c[at.ALPHA])
 
 
 @block
@@ -109,7 +100,7 @@ def share_left(t: float, memory: np.ndarray, c: np.ndarray, e: np.ndarray) -> fl
     share = memory[at.SHARE]
     if memory[at.STICKING] == 0.0:
         return share * math.exp((memory[at.SLIDE_START] - t) / c[at.TAU_S])
-    _, gamma, alpha = growth(c, e)
+    gamma, alpha = c[at.GAMMA], c[at.ALPHA]
     if gamma == 0.0:
         return 0.0
     grown = -math.log(max(1.0 - share, 1e-300))
@@ -124,13 +115,11 @@ def static_force(
     """F_s [N] under the chosen reading of Eq. 16; a foreign one is kept from breakaway on."""
     if e.size > at.FOREIGN and e[at.AT_DWELL] > 0.0 and memory[at.STICKING] == 0.0:
         return memory[at.HELD]
-    lost = growth(c, e)[0]
-    if lost > 0.0 and (
-        c[at.READING] == 2.0 or (c[at.READING] == 1.0 and memory[at.STICKING] == 0.0)
-    ):
+    grows = c[at.LAW] == 3.0
+    if grows and (c[at.READING] == 2.0 or (c[at.READING] == 1.0 and memory[at.STICKING] == 0.0)):
         return memory[at.HELD]
-    if lost > 0.0 and c[at.READING] == 3.0:
-        return largest - lost * (largest - coulomb) * (1.0 - share_left(t, memory, c, e))
+    if grows and c[at.READING] == 3.0:
+        return largest - (largest - coulomb) * (1.0 - share_left(t, memory, c, e))
     dwell = t - memory[at.REST_START] if memory[at.STICKING] == 1.0 else 0.0
     return static_after(dwell, coulomb, largest, c, e)
 

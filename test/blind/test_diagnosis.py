@@ -68,17 +68,17 @@ def test_law_of_the_dwell_time_is_recovered(headline: dict[str, Any]) -> None:
     secret = hide('dwell_static_friction', 'cylinder_1', 'medium', friction)
     truth = true_parameters('dwell_static_friction', secret, friction)
     fitted = {name: one['value'] for name, one in headline['effects'][0]['parameters'].items()}
-    assert fitted['breakaway_force'] == pytest.approx(truth['breakaway_force'], rel=0.01)
+    assert fitted['lost_share'] > 0.98  # a slip takes all of it: Eq. 16
 
     def static(law: dict[str, float], dwell: np.ndarray) -> np.ndarray:
-        above = law['breakaway_force'] - friction['coulomb_force']
+        above = friction['breakaway_force'] - friction['coulomb_force']
         growth = law['dwell_coefficient'] * dwell ** law['dwell_exponent']
-        return law['breakaway_force'] - above * np.exp(-growth)
+        return friction['breakaway_force'] - law['lost_share'] * above * np.exp(-growth)
 
-    # gamma and alpha make up for each other over the dwells of the bags: F_s outlives a slide, so
-    # that these reach from what is left of the rest before the run, 7 s, to all of it, 1200 s
-    dwells = np.geomspace(7.0, 1200.0, 20)
-    assert static(fitted, dwells) == pytest.approx(static(truth, dwells), rel=0.05)
+    # gamma and alpha make up for each other over the dwells of the bags: those of the strokes, and
+    # what is left of 1200 s of rest before them, as F_s outlives a slide
+    dwells = np.geomspace(0.5, 1200.0, 20)
+    assert static(fitted, dwells) == pytest.approx(static(truth, dwells), rel=0.02)
 
 
 @pytest.mark.long

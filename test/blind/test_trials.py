@@ -20,7 +20,7 @@ from .trials import NOISES, PAIRS, PARAMETERS, PARTS, matrix
 def test_every_effect_of_the_library_is_hidden_in_turn() -> None:
     causes = {name for name in library.names() if not name.startswith('empirical_')}
     assert set(EFFECTS) == causes
-    assert len(EFFECTS) == 43
+    assert len(EFFECTS) == 42
 
 
 def test_matrix_is_complete() -> None:
@@ -28,7 +28,7 @@ def test_matrix_is_complete() -> None:
     assert len({trial.key for trial in trials}) == len(trials)
     single = [t for t in trials if t.part == 'single']
     combinations = {(t.names[0], t.cylinder, t.strength, t.noise) for t in single}
-    assert len(combinations) == 43 * 3 * 3 * 3 == len(single)
+    assert len(combinations) == 42 * 3 * 3 * 3 == len(single)
     assert {t.names[0] for t in trials if t.part == 'removed'} == set(EFFECTS)
     assert all(set(t.names) <= set(t.without) for t in trials if t.part == 'removed')
     assert {len(t.names) for t in trials if t.part == 'parameter'} == {1, 2, 3}

@@ -97,7 +97,6 @@ ALIKE = (
     ('friction_warm_up', 'travel_dependent_friction', 'time_dependent_friction'),
     ('line_lag', 'line_resistance'),
     ('valve_lag', 'spool_rate_limit'),
-    ('dwell_static_friction', 'static_friction_recovery'),
 )
 """Laws of one mechanism: a library that has one of them does not lack the mechanism."""
 

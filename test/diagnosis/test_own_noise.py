@@ -92,7 +92,7 @@ def test_cause_that_makes_friction_steep_is_judged_by_its_own_noise(tmp_path: Pa
         for seed, name in enumerate(('first', 'second'))
     )
     cause = effect_candidate('dwell_static_friction')
-    values = true.breakaway_force, true.dwell_coefficient, true.dwell_exponent
+    values = 1.0, true.dwell_coefficient, true.dwell_exponent, 1.0
     explanation = Explanation(given).with_part(cause, values)
     before = score(fit(explanation, first, 1), Data(first, second))
     assert rms(first.whitened(explanation.hypothesis)) > 2.0

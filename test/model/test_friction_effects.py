@@ -16,28 +16,28 @@ LAW = COMPILED.friction
 @pytest.mark.parametrize('sticking', [True, False])
 @pytest.mark.parametrize('dwell', [0.0, 0.3, 7.0, 1e6])
 def test_static_friction_is_eq_16_at_rest_and_held_in_motion(dwell: float, sticking: bool) -> None:
-    values = (30.0, 0.2, 0.4)
+    ratio = (30.0 - LAW.coulomb_force) / (LAW.breakaway_force - LAW.coulomb_force)
+    values = (1.0, 0.2, 0.4, ratio)
     with_dwell = LAW._replace(
         model=REVISED_LUGRE_DWELL, dwell_coefficient=values[1], dwell_exponent=values[2]
     )
-    expected = friction.static_friction(dwell, values[0], LAW.coulomb_force, with_dwell)
+    expected = friction.static_friction(dwell, 30.0, LAW.coulomb_force, with_dwell)
     signals = {'dwell_time': dwell, 'sticking': sticking, 'velocity': 0.0 if sticking else 0.1}
     coulomb, static, _ = contribute('dwell_static_friction', values, **signals)
     assert coulomb == 0.0
     assert LAW.breakaway_force + static == pytest.approx(expected)
-    assert LAW.coulomb_force - 1e-12 <= expected <= 30.0
+    assert LAW.coulomb_force - 1e-12 <= LAW.breakaway_force + static <= 30.0 + 1e-12
 
 
-@pytest.mark.parametrize(('lost', 'dwell'), [(0.6, 0.0), (0.6, 0.3), (0.6, 1e6), (1.0, 0.3)])
+@pytest.mark.parametrize('lost', [0.0, 0.6])
+@pytest.mark.parametrize('dwell', [0.0, 0.3, 1e6])
 def test_static_friction_recovers_from_what_a_slip_has_left(lost: float, dwell: float) -> None:
+    values = (lost, 0.2, 0.4)
     signals = {'dwell_time': dwell, 'sticking': True, 'velocity': 0.0}
-    coulomb, lack, _ = contribute('static_friction_recovery', (lost, 0.2, 0.4), **signals)
-    excess = LAW.breakaway_force - LAW.coulomb_force
+    coulomb, added, _ = contribute('dwell_static_friction', values, **signals)
+    lack = lost * (LAW.breakaway_force - LAW.coulomb_force) * math.exp(-0.2 * dwell**0.4)
     assert coulomb == 0.0
-    assert lack == pytest.approx(-lost * excess * math.exp(-0.2 * dwell**0.4))
-    if lost == 1.0:  # nothing but F_c at first: Eq. 16
-        eq_16 = contribute('dwell_static_friction', (LAW.breakaway_force, 0.2, 0.4), **signals)
-        assert lack == pytest.approx(eq_16[1])
+    assert added == pytest.approx(-lack)
 
 
 def test_stribeck_excess_is_whole_at_rest_and_falls_to_1_over_e() -> None:

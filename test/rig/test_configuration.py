@@ -189,11 +189,11 @@ def test_effect_that_completes_another_friction_law_is_refused(tmp_path: Path) -
     text = (configuration_folder() / 'cylinder_1.yaml').read_text()
     path = tmp_path / 'dwell.yaml'
     path.write_text(
-        text + 'effects:\n  dwell_static_friction: {breakaway_force: 20 N, '
+        text + 'effects:\n  dwell_static_friction: {lost_share: 0.9, '
         'dwell_coefficient: 0.2 s^-alpha, dwell_exponent: 0.5 -}\n'
     )
     message = 'dwell_static_friction is for friction.model lugre or revised_lugre, not for'
     with pytest.raises(RigError, match=message):
         load_configuration(path)
     path.write_text(path.read_text().replace('model: revised_lugre_dwell', 'model: revised_lugre'))
-    assert load_configuration(path).effects['dwell_static_friction'].breakaway_force == 20.0
+    assert load_configuration(path).effects['dwell_static_friction'].lost_share == 0.9

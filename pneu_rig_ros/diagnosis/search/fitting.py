@@ -236,8 +236,12 @@ def scattered(best: Fit) -> list[Explanation]:
     return [best.explanation.with_theta(theta + size * point) for point in points]
 
 
-def simplex_search(best: Fit, dataset: Dataset) -> Fit:
-    """Return a fit whose causes are improved by a simplex search across local minima."""
+def simplex_search(best: Fit, dataset: Dataset, size: float = SIMPLEX_SIZE) -> Fit:
+    """
+    Return a fit whose causes are improved by a simplex search across local minima.
+
+    :param size: of the first simplex, internal units [-]; of either sign
+    """
     start = best.explanation
     searched = ~np.array(start.calibrates)
     if not searched.any():
@@ -250,7 +254,7 @@ def simplex_search(best: Fit, dataset: Dataset) -> Fit:
         theta[searched] = values
         return start.with_theta(theta)
 
-    simplex = np.vstack([first, first + SIMPLEX_SIZE * np.eye(first.size)])
+    simplex = np.vstack([first, first + size * np.eye(first.size)])
     solution = minimize(
         lambda values: loss_of(moved(values), dataset),
         first,

@@ -8,7 +8,14 @@ causes, and forms of one, that no window does.
 from collections.abc import Sequence
 
 from pneu_rig_ros.diagnosis.causes.candidates import Explanation
-from pneu_rig_ros.diagnosis.search.fitting import FIRST_ROUNDS, ROUNDS, fit
+from pneu_rig_ros.diagnosis.search.fitting import (
+    FIRST_ROUNDS,
+    ROUNDS,
+    SIMPLEX_SIZE,
+    Fit,
+    fit,
+    simplex_search,
+)
 from pneu_rig_ros.diagnosis.search.growth import FINALISTS, MOST_FITTED, Growth
 from pneu_rig_ros.diagnosis.search.scoring import (
     NEGLIGIBLE,
@@ -26,21 +33,32 @@ UNFINISHED = 2.0
 
 def free_runs_are_off(search: Growth) -> bool:
     """
-    Return whether free runs of the best explanation are off, also with values fitted to them.
+    Return whether free runs of the best explanation are off.
 
-    Those of the residuals alone are not sharp enough. Where something is significant beside the
-    explanation, its free runs are off whether it is right or not.
+    Where something is significant beside it, they are off whether it is right or not.
     """
     if not search.is_exactly_known or search.training.runs_freely or search.strong_residuals():
         return False
     if search.training.cycles is not None and search.cycles_remain():
         return False
     search.progress('comparing free runs')
-    if not search.free_run_test(search.hypothesis).significant:
-        return False
+    return search.free_run_test(search.hypothesis).significant
+
+
+def agreeing_with_free_runs(search: Growth) -> Fit | None:
+    """
+    Return the best explanation with values with which its free runs agree, None if none do.
+
+    Values by the residuals alone are not sharp enough. Those by simulated cycles may be anywhere
+    in a valley, whose hills a simplex search steps over.
+    """
     training = search.training.with_cycles(search.hypothesis, search.rng, free=True)
     sharper = fit(search.so_far.explanation, training, ROUNDS)
-    return search.free_run_test(sharper.hypothesis).significant
+    if search.training.cycles is not None:
+        sharper = simplex_search(sharper, training)
+        if search.free_run_test(sharper.hypothesis).significant:  # it may have shrunk onto a hill
+            sharper = simplex_search(sharper, training, -SIMPLEX_SIZE)
+    return None if search.free_run_test(sharper.hypothesis).significant else sharper
 
 
 def preferred_by_free_runs(search: Growth, best: ScoredFit) -> ScoredFit:

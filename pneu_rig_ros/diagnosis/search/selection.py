@@ -6,8 +6,8 @@ Selection of an explanation: forward selection of causes until no significant re
 1. Residuals or simulated cycles are off: explanations grow by one cause at a time, up to three
    (:meth:`Search.grow`; ``growth`` screens and fits one cause, ``state`` tests what is left).
 2. Neither is: all windows together may show a cause that no cell does.
-3. A cause was found: if it leaves no residual, but its free runs are off, they may prefer another
-   one, or show a further one (``free_runs``).
+3. A cause was found: if it leaves no residual, but its free runs are off, they may prefer other
+   values or another one, or show a further one (``free_runs``).
 4. None was found: free runs may be off all the same; then they join the data, see 1.
 """
 
@@ -21,7 +21,11 @@ from pneu_rig_ros.diagnosis.causes.shaped_effects import ShapedEffect
 from pneu_rig_ros.diagnosis.measured.hypothesis import Hypothesis
 from pneu_rig_ros.diagnosis.residuals.dataset import Dataset
 from pneu_rig_ros.diagnosis.search.fitting import FINAL_ROUNDS, fit
-from pneu_rig_ros.diagnosis.search.free_runs import free_runs_are_off, preferred_by_free_runs
+from pneu_rig_ros.diagnosis.search.free_runs import (
+    agreeing_with_free_runs,
+    free_runs_are_off,
+    preferred_by_free_runs,
+)
 from pneu_rig_ros.diagnosis.search.growth import MOST_FITTED, Growth
 from pneu_rig_ros.diagnosis.search.scoring import (
     DECISIVE,
@@ -69,8 +73,7 @@ class Search(Growth):
             self._take_a_faint_cause()
         if self.best is not None and self.has_cause:
             if free_runs_are_off(self):
-                self._exchange_by_free_runs(self.best)
-                self._grow_by_free_runs(self.best)
+                self._explain_free_runs(self.best)
         elif self._free_runs_differ():
             self.grow([self.base], 1)
         return self.best
@@ -127,11 +130,19 @@ class Search(Growth):
             self.add_cycles(free=True)
         return test.significant
 
-    def _exchange_by_free_runs(self, best: ScoredFit) -> None:
-        """Take another explanation, or another form of the best one, if free runs prefer it."""
+    def _explain_free_runs(self, best: ScoredFit) -> None:
+        """Take other values, another explanation or a further cause, as free runs show it."""
+        agreeing = agreeing_with_free_runs(self)
+        if agreeing is None:
+            self._grow_by_free_runs(self._exchanged_by_free_runs(best))
+        elif self.training.cycles is not None:  # else the residuals determine the values
+            self.best = score(agreeing, self.data)
+
+    def _exchanged_by_free_runs(self, best: ScoredFit) -> ScoredFit:
+        """Return what free runs prefer: another explanation or form, fitted, or the best one."""
         chosen = preferred_by_free_runs(self, best)
-        if chosen.explanation.forms != best.explanation.forms:
-            self._renewed(chosen)
+        same = chosen.explanation.forms == best.explanation.forms
+        return best if same else self._renewed(chosen)
 
     def _grow_by_free_runs(self, found: ScoredFit) -> None:
         """Find what free runs show beside causes that leave no residual; else keep these."""

@@ -1,4 +1,4 @@
-"""Static friction that grows with the time at rest (Eq. 16)."""
+"""Static friction that grows with the time at rest (Eq. 16), from F_c or from above it."""
 
 from typing import Annotated, NamedTuple
 
@@ -9,13 +9,16 @@ from pneu_rig_ros.model.quantity import Quantity
 
 
 class Parameters(NamedTuple):
-    """Eq. 16; its F_smax takes the place of the constant static friction of the law."""
+    """Eq. 16 with the share that a slip takes, all of it in the paper."""
 
-    breakaway_force: Annotated[
-        float, Quantity('N', 0.0, 1e3, 'static friction after a long rest, F_smax; at least F_c')
+    lost_share: Annotated[
+        float, Quantity('-', 0.0, 1.0, 'share of F_smax - F_c that is not there at first')
     ]
     dwell_coefficient: Annotated[float, Quantity('s^-alpha', 0.0, 1e3, 'gamma of Eq. 16')]
     dwell_exponent: Annotated[float, Quantity('-', 0.01, 2.0, 'alpha of Eq. 16')]
+    excess_ratio: Annotated[
+        float, Quantity('-', 0.0, 10.0, 'F_smax - F_c over the F_s - F_c of the friction law')
+    ] = 1.0
 
 
 @Effect(
@@ -25,7 +28,10 @@ class Parameters(NamedTuple):
     source='Eq. 16 of the paper; S. Kato, N. Sato, T. Matsubayashi, Some Considerations on '
     'Characteristics of Static Friction of Machine Tool Slideway, J. Lubr. Technol. 94 (1972)',
     null=Parameters(0.0, 1.0, 0.5),
-    probes=((10.0, 0.5, 0.5), (16.0, 0.2, 0.5), (25.0, 0.2, 0.5), (35.0, 0.5, 0.3)),
+    probes=(
+        *((0.2, 0.5, 0.5), (0.5, 0.5, 0.5), (0.5, 0.2, 0.3), (0.9, 0.5, 0.3), (0.9, 0.2, 0.5)),
+        *((0.9, 0.2, 0.5, 1.3), (0.9, 0.5, 0.3, 1.3), (0.9, 0.2, 0.5, 2.0)),
+    ),
     laws=('lugre', 'revised_lugre'),
     clock=('dwell_coefficient', 'dwell_exponent'),
     readings=('static_friction_reading',),
@@ -34,20 +40,18 @@ class Parameters(NamedTuple):
 )
 def contribution(signals: Signals, model: CompiledModel, parameters: Parameters) -> Pair:
     """
-    Return no change of F_c, and what is added to F_smax [N] so that F_s becomes Eq. 16.
+    Return no change of F_c, and what F_smax lacks, or has too much [N].
 
     Both levels are those that the other effects leave. The law's reading of Eq. 16 says what F_s
     does during the slip.
     """
-    if parameters.breakaway_force <= 0.0:
-        return 0.0, 0.0
     seal = signals.seal
-    coulomb, added = seal.coulomb_force, seal.static_force - model.friction.breakaway_force
-    static = grown_static_friction(
+    excess = max(seal.static_force - seal.coulomb_force, 0.0)
+    grown = grown_static_friction(  # in units of the excess, so that nothing lost is exactly 0 N
         max(seal.dwell_time, 0.0),
-        max(parameters.breakaway_force + added, coulomb),
-        coulomb,
+        parameters.excess_ratio,
+        parameters.excess_ratio * (1.0 - parameters.lost_share),
         parameters.dwell_coefficient,
         parameters.dwell_exponent,
     )
-    return 0.0, static - seal.static_force
+    return 0.0, excess * (grown - 1.0)
