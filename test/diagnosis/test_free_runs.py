@@ -145,7 +145,8 @@ def test_explanation_of_the_most_causes_is_kept_whatever_its_free_runs_show(
     search = search_of(system, given, comparisons[:2])
 
     monkeypatch.setattr(selection, 'free_runs_are_off', lambda search: True)
-    monkeypatch.setattr(search, '_exchange_by_free_runs', search._renewed)
+    monkeypatch.setattr(selection, 'agreeing_with_free_runs', lambda search: None)
+    monkeypatch.setattr(search, '_exchanged_by_free_runs', search._renewed)
     monkeypatch.setattr(selection, 'MOST_CAUSES', 1)
     best = search.run()
     assert search.residuals_significant
