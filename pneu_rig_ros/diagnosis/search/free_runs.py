@@ -54,11 +54,13 @@ def agreeing_with_free_runs(search: Growth) -> Fit | None:
     """
     training = search.training.with_cycles(search.hypothesis, search.rng, free=True)
     sharper = fit(search.so_far.explanation, training, ROUNDS)
-    if search.training.cycles is not None:
-        sharper = simplex_search(sharper, training)
-        if search.free_run_test(sharper.hypothesis).significant:  # it may have shrunk onto a hill
-            sharper = simplex_search(sharper, training, -SIMPLEX_SIZE)
-    return None if search.free_run_test(sharper.hypothesis).significant else sharper
+    if search.training.cycles is None:
+        return None if search.free_run_test(sharper.hypothesis).significant else sharper
+    for size in (SIMPLEX_SIZE, -SIMPLEX_SIZE):  # the first may shrink onto a hill
+        sharper = simplex_search(sharper, training, size)
+        if not search.free_run_test(sharper.hypothesis).significant:
+            return sharper
+    return None
 
 
 def preferred_by_free_runs(search: Growth, best: ScoredFit) -> ScoredFit:
