@@ -288,3 +288,22 @@ def test_cause_has_to_close_the_gap_in_the_balances_on_which_it_acts(system: Sys
     assert remaining_share(data[1], given, true) > ANOTHER_CAUSE_LEAVES
     assert closes(LEAK)
     assert not closes(0.1 * LEAK)
+
+
+def test_earlier_causes_are_exchanged_or_dropped_once_a_later_one_is_known(system: System) -> None:
+    """A leak past the piston in place of one of a chamber, and viscous friction that is right."""
+    rng, right = np.random.default_rng(0), system.hypothesis
+    given = times(right, 'coulomb_force', 3.0)
+    data = Data(leaking(system, LEAK, 0, rng), leaking(system, LEAK, 1, rng))
+    names = 'cross_piston_leak', 'chamber_leak', 'friction.viscous_coefficient', COULOMB
+    runs = [comparison.run for each in data for comparison in each.comparisons]
+    candidates = {each.name: each for each in pool(system, runs)[0] if each.name in names}
+    friction = right.model.friction
+    values = (LEAK,), (friction.viscous_coefficient,), (friction.coulomb_force,)
+    explanation = Explanation(given)
+    for name, value in zip(('cross_piston_leak', *names[2:]), values, strict=True):
+        explanation = explanation.with_part(candidates[name], value)
+    search = search_of(given, data, rng, list(candidates.values()))
+    found = search.reconsidered(score(Fit(explanation), data))
+    assert set(found.explanation.causes) == {'chamber_leak', COULOMB}
+    assert search.best is found

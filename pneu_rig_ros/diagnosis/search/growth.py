@@ -118,6 +118,14 @@ class Growth(SearchState):
         price = chosen.penalty - before.penalty
         return improvement - max(*gains, price) + price > DECISIVE
 
+    def without_or_in_place_of(self, part: Candidate, whole: Explanation) -> list[ScoredFit]:
+        """Return fits of an explanation, without a part, and with other causes in its place."""
+        smaller = whole.without(part)
+        kept = {each.name for each in smaller.parts}
+        others = [c for c in self.pool if c.group == part.group and c.name not in kept]
+        starts = screening.starts_of(smaller, self._screen(smaller, others), 0, FINALISTS)
+        return best_of_each(self.fits([whole, smaller, *starts]))
+
     def can_simulate(self) -> bool:
         """Return whether simulated cycles may join the data, and may show more than these."""
         return self.moves_freely and self.training.cycles is None and not self.only_weak
@@ -130,7 +138,13 @@ class Growth(SearchState):
 
     def _screened(self, base: Explanation, size: int) -> list[Screened]:
         """Return the candidates for one more cause of an explanation, the best first."""
-        candidates = self._candidates(base)
+        screened = self._screen(base, self._candidates(base))
+        if size == 1 and not self.screened:
+            self.screened = screened
+        return screened
+
+    def _screen(self, base: Explanation, candidates: Sequence[Candidate]) -> list[Screened]:
+        """Return some candidates for one more cause of an explanation, the best first."""
         self.progress(f'screening {len(candidates)} candidates')
         hypothesis, runs = base.hypothesis, self.training.free_runs
         residual = self.training.residual(hypothesis) if runs is None else runs.gaps(hypothesis)
@@ -141,8 +155,6 @@ class Growth(SearchState):
         arguments = hypothesis, self.training, residual, free, room
         screened = map_tasks(self.executor, screening.screen, candidates, *arguments)
         screened.sort(key=lambda result: result.loss)
-        if size == 1 and not self.screened:
-            self.screened = screened
         return screened
 
     def _candidates(self, base: Explanation) -> list[Candidate]:

@@ -3,8 +3,9 @@ Selection of an explanation: forward selection of causes until no significant re
 
 :meth:`Search.run` has the steps in their order:
 
-1. Residuals or simulated cycles are off: explanations grow by one cause at a time, up to three
-   (:meth:`Search.grow`; ``growth`` screens and fits one cause, ``state`` tests what is left).
+1. Residuals or simulated cycles are off: explanations grow by one cause at a time, up to three,
+   and earlier causes are reconsidered with each (:meth:`Search.grow`; ``growth`` screens and fits
+   one cause, ``state`` tests what is left).
 2. Neither is: all windows together may show a cause that no cell does.
 3. A cause was found: if it leaves no residual, but its free runs are off, they may prefer other
    values or another one, or show a further one (``free_runs``).
@@ -100,7 +101,9 @@ class Search(Growth):
             if accepted is None:
                 return
             self.ranking += [chosen, *grown.fits]
-            if len(accepted.explanation.parts) > len(chosen.explanation.parts):
+            both = len(accepted.explanation.parts) > len(chosen.explanation.parts)
+            accepted = self.reconsidered(accepted)
+            if both:
                 return  # with a second cause at once, which the first needed
             if not (chosen.simulated or self.only_weak):
                 near = [each for each in grown.fits if each.difference(chosen)[0] <= DECISIVE]
@@ -229,6 +232,26 @@ class Search(Growth):
         if further is None:
             self.best, self.data = best, data
         return further
+
+    def reconsidered(self, accepted: ScoredFit) -> ScoredFit:
+        """
+        Return an explanation with earlier causes dropped or exchanged where that is preferred.
+
+        Each was chosen while the later ones were missing: stepwise regression (M. A. Efroymson, in
+        Mathematical Methods for Digital Computers, Wiley, 1960). Simulated cycles take too long.
+        """
+        shaped = any(isinstance(part, ShapedEffect) for part in accepted.explanation.parts)
+        if shaped or self.only_weak or self.training.cycles is not None:
+            return accepted
+        for part in accepted.explanation.parts[:-1]:
+            if part in self.base.parts:
+                continue
+            fits = self.without_or_in_place_of(part, accepted.explanation)
+            chosen = preferred(fits)
+            if {*chosen.explanation.causes} != {*accepted.explanation.causes}:
+                accepted = self._renewed(chosen)
+                self.ranking = [accepted, *fits, *self.ranking]  # of each name the first counts
+        return accepted
 
     def _is_strong(self, grown: Grown, accepted: ScoredFit, searched: Dataset) -> bool:
         """
