@@ -131,7 +131,7 @@ def test_one_hidden_effect_is_named_and_closes_the_gap() -> None:
 
 
 @pytest.mark.long
-@pytest.mark.xfail(strict=True, reason='a known miss: a description, see docs/diagnose.md')
+@pytest.mark.xfail(strict=True, reason='a known miss: `unknown`, see docs/diagnose.md')
 def test_inertia_of_the_fluid_is_fitted_under_the_noise_that_it_makes() -> None:
     """Under the noise of the given model its fit is too small, and leaves too much."""
     key = 'fresh/36/single/fluid_inertia/cylinder_2/12'
